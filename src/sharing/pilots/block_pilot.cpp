@@ -12,7 +12,9 @@ namespace strobe {
 
 namespace {
 
-static_assert(std::size(kSharingChoices) == kSharingChoiceCount && std::size(kErrorClips) == kErrorClipCount);
+static_assert(std::size(kSharingChoices) == kSharingChoiceCount);
+
+constexpr float kClip = 1; ///< of radiance whose errors are measured
 
 /// Records one block at a time.
 class BlockState : public IntegratorState {
@@ -42,12 +44,12 @@ std::vector<Rgb> reflectedLight(std::vector<Rgb> image, const RecordedLight& lig
     return out;
 }
 
-/// Returns the mean of the channels of an image.
-double meanOf(const std::vector<Rgb>& image, float clip) {
+/// Returns the mean of the clipped channels of an image.
+double meanOf(const std::vector<Rgb>& image) {
     double sum = 0;
     for (const Rgb& pixel : image)
         for (int c = 0; c < 3; ++c)
-            sum += double(std::min(pixel[c], clip));
+            sum += double(std::min(pixel[c], kClip));
     return sum / (3 * double(image.size()));
 }
 
@@ -57,11 +59,11 @@ double weightOf(double mean) {
     return 1 / (sqr(mean) + sqr(kDark));
 }
 
-double squaredDistance(const std::vector<Rgb>& a, const std::vector<Rgb>& b, float clip) {
+double squaredDistance(const std::vector<Rgb>& a, const std::vector<Rgb>& b) {
     double sum = 0;
     for (size_t i = 0; i < a.size(); ++i)
         for (int c = 0; c < 3; ++c)
-            sum += sqr(double(std::min(a[i][c], clip)) - double(std::min(b[i][c], clip)));
+            sum += sqr(double(std::min(a[i][c], kClip)) - double(std::min(b[i][c], kClip)));
     return sum;
 }
 
@@ -72,10 +74,10 @@ double squaredDistance(const std::vector<Rgb>& a, const std::vector<Rgb>& b, flo
 /// - The error of sharing both parts is that of sharing indirect light plus a difference. The difference is
 ///   measured with images that share indirect light, which have less noise. The biases of the two parts are
 ///   taken to be uncorrelated.
-void setErrors(const std::vector<Rgb>* a, const std::vector<Rgb>* b, float clip, double* errors) {
-    const double weight = weightOf((meanOf(a[0], clip) + meanOf(b[0], clip)) / 2);
+void setErrors(const std::vector<Rgb>* a, const std::vector<Rgb>* b, double* errors) {
+    const double weight = weightOf((meanOf(a[0]) + meanOf(b[0])) / 2);
     const auto distance = [&](size_t i, size_t k) {
-        return (squaredDistance(a[i], b[k], clip) + squaredDistance(b[i], a[k], clip)) / 2;
+        return (squaredDistance(a[i], b[k]) + squaredDistance(b[i], a[k])) / 2;
     };
     const double variance = distance(0, 0) / 2;
     errors[0] = weight * variance;
@@ -120,17 +122,13 @@ BlockRenderer::BlockRenderer(const Scene& scene, const RenderContext& context, i
 
 BlockRenderer::~BlockRenderer() = default;
 
-void BlockRenderer::renderFirst(uint64_t seed, BlockPilot& block) { render(seed, block, block.images); }
-
-void BlockRenderer::renderSecond(uint64_t seed, BlockPilot& block) {
-    std::vector<Rgb> images[kSharingChoiceCount];
-    render(seed, block, images);
-    for (size_t clip = 0; clip < kErrorClipCount; ++clip)
-        setErrors(block.images, images, kErrorClips[clip], block.errors[clip]);
+void BlockRenderer::render(const std::array<uint64_t, 2>& seeds, BlockPilot& block) {
+    const Images first = renderOnce(seeds[0], block), second = renderOnce(seeds[1], block);
+    setErrors(first.data(), second.data(), block.errors);
 }
 
-void BlockRenderer::render(uint64_t seed, BlockPilot& block,
-                           std::vector<Rgb> (&images)[kSharingChoiceCount]) {
+/// Renders a block, sets all measurements but its errors, and returns the images by kSharingChoices.
+BlockRenderer::Images BlockRenderer::renderOnce(uint64_t seed, BlockPilot& block) {
     auto [image, light] = m_threads
                               .local([&] {
                                   return std::make_unique<ThreadPilot>(m_scene, m_context, m_samplesPerPixel,
@@ -143,17 +141,14 @@ void BlockRenderer::render(uint64_t seed, BlockPilot& block,
     const std::vector<Rgb> own = reflectedLight(std::move(image), light);
     LightSharing sharing(std::move(light));
     SharedPart parts[kParts];
-    const double weight = weightOf(meanOf(own, INFINITY));
-    block.ownVariance = block.absoluteVariance = 0;
+    block.sharedVariance = 0;
     for (const LightPart part : kAllParts) {
         if (m_parts.has(part))
             parts[int(part)] = sharing.share(part);
-        for (const PixelSharing& pixel : parts[int(part)].pixels) {
-            block.ownVariance += weight * double(pixel.ownVariance);
-            block.absoluteVariance += double(pixel.variance);
-        }
+        for (const PixelSharing& pixel : parts[int(part)].pixels)
+            block.sharedVariance += double(pixel.variance);
     }
-    block.variance = weight * block.absoluteVariance;
+    Images images;
     for (size_t choice = 0; choice < kSharingChoiceCount; ++choice) {
         images[choice] = own;
         for (const LightPart part : kAllParts)
@@ -161,6 +156,7 @@ void BlockRenderer::render(uint64_t seed, BlockPilot& block,
                 for (size_t i = 0; i < parts[int(part)].correction.size(); ++i)
                     images[choice][i] += parts[int(part)].correction[i];
     }
+    return images;
 }
 
 } // namespace strobe

@@ -5,6 +5,7 @@
 #include "core/util/parallel.h"
 #include "sharing/records/light_units.h"
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -14,25 +15,19 @@ namespace strobe {
 inline const LightParts kSharingChoices[] = {LightParts(0), LightParts(1), LightParts(2), LightParts(3)};
 inline constexpr size_t kSharesDirect = 1, kSharesIndirect = 2, kSharesBoth = 3, kSharingChoiceCount = 4;
 
-/// The errors are measured twice, with radiance clipped to each of these values. Unclipped errors contain
-/// those of rare bright samples. Errors of radiance clipped to 1 are less noisy.
-inline constexpr float kErrorClips[] = {INFINITY, 1};
-inline constexpr size_t kErrorClipCount = 2;
-
-/// The measurements of one block. Errors are squared, sums over the pixels, relative to the radiance.
+/// The measurements of one block. Errors are squared, sums over pixels and channels, relative to the
+/// radiance.
 struct BlockPilot {
     PixelBounds bounds{};
     double weight = 1; ///< of the block's sums: in proportion to the inverse of the probability to choose it
-    /// The errors of the images that share the parts of kSharingChoices, by kErrorClips.
-    double errors[kErrorClipCount][kSharingChoiceCount] = {};
-    /// The errors that LightSharing estimates for both parts, without sharing and with it; of one render.
-    double ownVariance = 0, variance = 0;
+    /// The errors of the images that share the parts of kSharingChoices, of radiance clipped to 1: unclipped
+    /// errors would be those of a few rare bright samples.
+    double errors[kSharingChoiceCount] = {};
     // Sums over the pixels of one render:
-    double absoluteVariance = 0; ///< `variance`, not relative
+    double sharedVariance = 0; ///< that LightSharing estimates if both parts are shared; not relative
     double pixels = 0;
-    double cells = 0;                             ///< that were recorded
-    double emissionCoefficient = 0;               ///< see strobe::emissionCoefficient
-    std::vector<Rgb> images[kSharingChoiceCount]; ///< of the first render
+    double cells = 0;               ///< that were recorded
+    double emissionCoefficient = 0; ///< see strobe::emissionCoefficient
 };
 
 /// Renders blocks of a scene. Thread-safe.
@@ -42,14 +37,13 @@ class BlockRenderer {
     BlockRenderer(const Scene& scene, const RenderContext& context, int samplesPerPixel, float cellSize,
                   LightParts parts);
     ~BlockRenderer();
-    /// Renders a block. Sets all of `block` but its errors.
-    void renderFirst(uint64_t seed, BlockPilot& block);
-    /// Renders a block again and measures the errors of sharing: see addErrors.
-    void renderSecond(uint64_t seed, BlockPilot& block);
+    /// Renders a block with two seeds and sets its measurements.
+    void render(const std::array<uint64_t, 2>& seeds, BlockPilot& block);
 
   private:
     class ThreadPilot;
-    void render(uint64_t seed, BlockPilot& block, std::vector<Rgb> (&images)[kSharingChoiceCount]);
+    using Images = std::array<std::vector<Rgb>, kSharingChoiceCount>;
+    Images renderOnce(uint64_t seed, BlockPilot& block);
 
     const Scene& m_scene;
     const RenderContext& m_context;

@@ -64,29 +64,15 @@ SharingOverhead overheadsOf(const Scene& scene, double samplesPerPixel, const Co
             overheadOf(scene, kAdaptiveSamples * samplesPerPixel, counters, manyCells)};
 }
 
-/// Returns true if the first render of the blocks shows that sharing cannot pay. The gain that LightSharing
-/// estimates is up to three times too large. An estimated gain that hardly exceeds the ratio of the times
-/// therefore decides against sharing. Gains below kNoPromise do not decide: a few bright samples can hide the
-/// real gain.
-bool isHopeless(std::span<const BlockPilot> pilots, double overhead) {
-    constexpr double kLeastPromise = 1.25, kNoPromise = 1.5;
-    double own = 0, shared = 0;
-    for (const BlockPilot& pilot : pilots) {
-        own += pilot.weight * pilot.ownVariance;
-        shared += pilot.weight * pilot.variance;
-    }
-    return own > kNoPromise * shared && own < kLeastPromise * (1 + overhead) * shared;
-}
-
 /// Returns whether the blocks show hardly any of the noise that the pairs of all blocks have: it is that of
 /// rare bright samples, which the blocks missed. Blocks show 0.04 to 9 times of it in all scenes of this
 /// project, but for three of 68 renders, with less than 0.01.
 bool missNoise(std::span<const BlockPilot> pilots, const BlockChooser& chooser, int pilotSamples) {
     constexpr double kLeast = 0.02, kBlockPixels = PairPilot::kBlockSize * PairPilot::kBlockSize;
-    double own = 0;
+    double error = 0; // without sharing: mean of the channels
     for (const BlockPilot& pilot : pilots)
-        own += pilot.weight * pilot.ownVariance;
-    return own < kLeast * double(pilots.size()) * chooser.meanNoise() * kBlockPixels / pilotSamples;
+        error += pilot.weight * pilot.errors[0] / 3;
+    return error < kLeast * double(pilots.size()) * chooser.meanNoise() * kBlockPixels / pilotSamples;
 }
 
 /// Returns the part of the gain above 1 that is left in a render with so many more samples per pixel than the
@@ -101,30 +87,36 @@ double gainLeftOf(double samplesPerPixel, int pilotSamples) {
 /// The blocks of the pilot.
 struct PilotSize {
     int samples;  ///< per pixel
-    size_t count; ///< of the blocks that are rendered at once
-    size_t limit; ///< of the blocks, if the verdict is uncertain
+    size_t count; ///< of the blocks; up to twice as many if the verdict is uncertain
 };
 
 PilotSize pilotSizeFor(double samplesPerPixel, const PixelBounds& bounds) {
     constexpr int kBlockPixels = PairPilot::kBlockSize * PairPilot::kBlockSize;
-    constexpr int kMinSamples = 16, kMaxSamples = 64, kMinBlocks = 5, kMaxBlocks = 40;
-    constexpr double kPilotShare = 0.0025;
+    // Three blocks, and six if these are uncertain, decide as well as five do (130 renders, eight seeds).
+    constexpr int kMinSamples = 16, kMaxSamples = 64, kMinBlocks = 3, kMaxBlocks = 40;
+    constexpr double kPilotShare = 0.0015;
     // Direct light converges faster than in proportion to the samples, so that few would mislead.
     const int samples = int(
         std::min(samplesPerPixel, std::clamp(samplesPerPixel / 2, double(kMinSamples), double(kMaxSamples))));
     const double pixels = double(bounds.width()) * bounds.height();
     const int affordable = int(kPilotShare * pixels * samplesPerPixel / (kBlockPixels * samples));
-    const size_t count = size_t(std::clamp(affordable, kMinBlocks, kMaxBlocks));
-    // An uncertain verdict is worth twice as many blocks where this is not much of the render.
-    return {samples, count, 2 * affordable >= kMinBlocks ? 2 * count : count};
+    return {samples, size_t(std::clamp(affordable, kMinBlocks, kMaxBlocks))};
 }
 
-/// Returns whether to render more blocks: because of the verdict, or because these miss the noise.
-bool needsMore(std::span<const BlockPilot> pilots, const PilotSize& size, const BlockChooser& chooser,
-               const Verdict& verdict) {
-    if (missNoise(pilots, chooser, size.samples))
-        return pilots.size() < 2 * size.count;
-    return pilots.size() < size.limit && !verdict.isCertain;
+/// Adds blocks.
+void addBlocks(size_t count, const BlockChooser& chooser, const PairPilot& pairs, BlockRenderer& renderer,
+               std::vector<BlockPilot>& pilots) {
+    const size_t first = pilots.size();
+    for (size_t i = first; i < first + count; ++i) {
+        const BlockChoice choice = chooser.choose(i);
+        pilots.emplace_back();
+        pilots.back().bounds = pairs.boundsOf(choice.block);
+        pilots.back().weight = choice.weight;
+    }
+    parallelFor(count, [&](size_t i) {
+        renderer.render({hashCombine(kSeeds[0], first + i), hashCombine(kSeeds[1], first + i)},
+                        pilots[first + i]);
+    });
 }
 
 /// Returns the means over the pixels of the blocks. `errorScale`: the error of other light in the render,
@@ -133,7 +125,7 @@ EmissionPilot meanEmission(std::span<const BlockPilot> pilots, double errorScale
     double weights = 0, error = 0, coefficient = 0;
     for (const BlockPilot& pilot : pilots) {
         weights += pilot.weight * pilot.pixels;
-        error += pilot.weight * pilot.absoluteVariance;
+        error += pilot.weight * pilot.sharedVariance;
         coefficient += pilot.weight * pilot.emissionCoefficient;
     }
     EmissionPilot mean;
@@ -152,53 +144,38 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
     constexpr double kMaxRare = 0.005;
     const double samples = context.isPass ? kPasses : context.samplesPerPixel;
     const PilotSize size = pilotSizeFor(samples, context.pilotBounds);
-    Overheads overheads{{}, adaptsSamples};
     const double gainLeft = gainLeftOf(samples, size.samples);
     const BlockChooser chooser(pairs);
     const LightParts lit = pairs.brightness().litParts();
     BlockRenderer renderer(scene, context, size.samples, cellSize, lit);
     std::vector<BlockPilot> pilots;
+    SharingPlan plan;
     Verdict verdict;
-    SharingPlan nothing;
-    if (pairs.seesLamps())
-        nothing.emission = pairs.emission();
+    bool missesNoise = false;
     do {
-        const size_t first = pilots.size();
-        for (size_t i = first; i < first + size.count; ++i) {
-            const BlockChoice choice = chooser.choose(i);
-            pilots.emplace_back();
-            pilots.back().bounds = pairs.boundsOf(choice.block);
-            pilots.back().weight = choice.weight;
+        addBlocks(size.count, chooser, pairs, renderer, pilots);
+        plan.overhead = overheadsOf(scene, samples, pairs.counters(), pilots);
+        missesNoise = missNoise(pilots, chooser, size.samples);
+        verdict = decideSharing(pilots, lit, plan.overhead.uniform, gainLeft);
+        if (adaptsSamples) {
+            const Verdict adaptive = decideSharing(pilots, lit, plan.overhead.adaptive, gainLeft);
+            // The promise is looked for only if it matters: that takes as long as a block.
+            if (adaptive.parts == verdict.parts ||
+                promisesSamplePlan(pairs, samples, {LightParts::all(), {}, {}, {}}))
+                verdict = adaptive;
         }
-        parallelFor(size.count, [&](size_t i) {
-            renderer.renderFirst(hashCombine(kSeeds[0], first + i), pilots[first + i]);
-        });
-        overheads = {overheadsOf(scene, samples, pairs.counters(), pilots), overheads.adapts};
-        if (first == 0) {
-            const auto endsEarly = [&] {
-                return !chosen && isHopeless(pilots, overheads.least()) &&
-                       !missNoise(pilots, chooser, size.samples);
-            };
-            if (endsEarly()) // before a promise is looked for, which takes as long as a block
-                return nothing;
-            if (adaptsSamples && !promisesSamplePlan(pairs, samples, {LightParts::all(), {}, {}, {}})) {
-                overheads.adapts = false;
-                if (endsEarly())
-                    return nothing;
-            }
-        }
-        parallelFor(size.count, [&](size_t i) {
-            renderer.renderSecond(hashCombine(kSeeds[1], first + i), pilots[first + i]);
-        });
-        verdict = decideSharing(pilots, lit, overheads, gainLeft);
-    } while (!chosen && needsMore(pilots, size, chooser, verdict));
-    SharingPlan plan = nothing;
+    } while (!chosen && pilots.size() < 2 * size.count && (missesNoise || !verdict.isCertain));
+    if (missesNoise && lit.has(LightPart::Indirect))
+        verdict.parts.add(LightPart::Indirect);
     plan.parts = chosen.value_or(verdict.parts);
-    if (plan.parts.isEmpty())
-        return plan;
-    plan.rareLimits = pairs.brightness().limits(std::min(kMaxRare, 1 / samples));
-    plan.overhead = overheads;
-    plan.emission = meanEmission(pilots, size.samples / samples);
+    if (!plan.parts.isEmpty()) {
+        plan.rareLimits = pairs.brightness().limits(std::min(kMaxRare, 1 / samples));
+        plan.emission = meanEmission(pilots, size.samples / samples);
+    } else {
+        plan.overhead = {};
+        if (pairs.seesLamps())
+            plan.emission = pairs.emission();
+    }
     return plan;
 }
 
