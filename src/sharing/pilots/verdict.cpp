@@ -32,24 +32,28 @@ Verdict decideSharing(std::span<const BlockPilot> pilots, LightParts lit, double
     constexpr double kOnePart = 0.9; // of the overhead of both parts (measured: 0.86 to 0.92)
     const double time = 1 + overhead / gainLeft, timeOfOne = 1 + kOnePart * overhead / gainLeft;
     const double times[kSharingChoiceCount] = {1, timeOfOne, timeOfOne, time};
-    const auto gain = [&](size_t from, size_t to) {
-        const auto rootOf = [&](const BlockPilot& pilot, size_t choice) {
-            return pilot.weight * std::sqrt(std::max(pilot.errors[choice], 0.) * times[choice]);
-        };
-        return sumOver(pilots,
-                       [&](const BlockPilot& pilot) { return rootOf(pilot, from) - rootOf(pilot, to); });
+    const auto cost = [&](const BlockPilot& pilot, size_t choice) {
+        return std::max(pilot.errors[choice], 0.) * times[choice];
+    };
+    const auto gainOfRoots = [&](size_t from, size_t to) {
+        return sumOver(pilots, [&](const BlockPilot& pilot) {
+            return pilot.weight * (std::sqrt(cost(pilot, from)) - std::sqrt(cost(pilot, to)));
+        });
     };
     if (!lit.has(LightPart::Indirect)) {
-        constexpr double kStandardErrors = 0.5;
-        const BlockSum ofDirect = gain(0, kSharesDirect);
-        return {kSharingChoices[ofDirect.exceeds(kStandardErrors) ? kSharesDirect : 0],
-                ofDirect.sum < 0 || ofDirect.exceeds(1)};
+        constexpr double kLeastGain = 0.5; // standard errors
+        const BlockSum roots = gainOfRoots(0, kSharesDirect),
+                       errors = sumOver(pilots, [&](const BlockPilot&pilot) {
+                           return pilot.weight * (cost(pilot, 0) - cost(pilot, kSharesDirect));
+                       });
+        const bool isShared = roots.exceeds(kLeastGain) && errors.sum > 0;
+        return {kSharingChoices[isShared ? kSharesDirect : 0], roots.sum < 0 || roots.exceeds(1)};
     }
     constexpr double kLossOfIndirect = 2, kLossOfDirect = 0.5; // standard errors
     const bool hasDirect =
-        lit.has(LightPart::Direct) && gain(kSharesIndirect, kSharesBoth).exceeds(-kLossOfDirect);
+        lit.has(LightPart::Direct) && gainOfRoots(kSharesIndirect, kSharesBoth).exceeds(-kLossOfDirect);
     const size_t best = hasDirect ? kSharesBoth : kSharesIndirect;
-    const BlockSum ofBest = gain(0, best);
+    const BlockSum ofBest = gainOfRoots(0, best);
     const bool isShared = ofBest.exceeds(-kLossOfIndirect);
     return {kSharingChoices[isShared ? best : 0], ofBest.sum > 0 || !isShared};
 }

@@ -21,7 +21,7 @@ struct Verdict {
 /// refusing it, but for three of equal errors. Therefore indirect light is shared unless the blocks lose by
 /// more than two standard errors, and direct light beside it unless they lose by more than half of one.
 /// Direct light alone gains in half of the renders. It is shared if the blocks gain by more than half of a
-/// standard error.
+/// standard error, and their errors, without roots, gain on average.
 ///
 /// `pilots`: at least two. `lit`: the parts that are not black. `overhead`: the time of sharing both parts
 /// relative to that of the render. `gainLeft`: the part of the blocks' gain above 1 that is left in the
