@@ -23,13 +23,15 @@ class BlockChooser {
     BlockChoice choose(size_t i) const;
     /// Returns the mean over the blocks of the relative variance of a sample, of radiance clipped to 1.
     double meanNoise() const { return m_meanNoise; }
+    /// Returns by which factor the squared sum of the roots of the noise would fall without indirect light.
+    double gainWithoutIndirect() const { return m_gainWithoutIndirect; }
 
   private:
-    double noiseOf(size_t block) const;
-    double smoothedNoise(size_t block) const;
+    double noiseOf(size_t block, BlockNoise::Light BlockNoise::*light) const;
+    double smoothedNoise(size_t block, BlockNoise::Light BlockNoise::*light) const;
 
     const PairPilot& m_pairs;
-    double m_meanNoise = 0;
+    double m_meanNoise = 0, m_gainWithoutIndirect = 1;
     std::vector<size_t> m_blocks;    ///< those with pairs
     std::vector<double> m_cumulated; ///< relative probability of a block and those before it
 };

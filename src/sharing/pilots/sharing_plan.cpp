@@ -146,8 +146,8 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
     const PilotSize size = pilotSizeFor(samples, context.pilotBounds);
     const double gainLeft = gainLeftOf(samples, size.samples);
     const BlockChooser chooser(pairs);
-    const LightParts lit = pairs.brightness().litParts();
-    BlockRenderer renderer(scene, context, size.samples, cellSize, lit);
+    const PilotedLight light{pairs.brightness().litParts(), chooser.gainWithoutIndirect()};
+    BlockRenderer renderer(scene, context, size.samples, cellSize, light.lit);
     std::vector<BlockPilot> pilots;
     SharingPlan plan;
     Verdict verdict;
@@ -156,16 +156,16 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
         addBlocks(size.count, chooser, pairs, renderer, pilots);
         plan.overhead = overheadsOf(scene, samples, pairs.counters(), pilots);
         missesNoise = missNoise(pilots, chooser, size.samples);
-        verdict = decideSharing(pilots, lit, plan.overhead.uniform, gainLeft);
+        verdict = decideSharing(pilots, light, plan.overhead.uniform, gainLeft);
         if (adaptsSamples) {
-            const Verdict adaptive = decideSharing(pilots, lit, plan.overhead.adaptive, gainLeft);
+            const Verdict adaptive = decideSharing(pilots, light, plan.overhead.adaptive, gainLeft);
             // The promise is looked for only if it matters: that takes as long as a block.
             if (adaptive.parts == verdict.parts ||
                 promisesSamplePlan(pairs, samples, {LightParts::all(), {}, {}, {}}))
                 verdict = adaptive;
         }
     } while (!chosen && pilots.size() < 2 * size.count && (missesNoise || !verdict.isCertain));
-    if (missesNoise && lit.has(LightPart::Indirect))
+    if (missesNoise && light.lit.has(LightPart::Indirect))
         verdict.parts.add(LightPart::Indirect);
     plan.parts = chosen.value_or(verdict.parts);
     if (!plan.parts.isEmpty()) {

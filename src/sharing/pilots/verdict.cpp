@@ -28,7 +28,8 @@ BlockSum sumOver(std::span<const BlockPilot> pilots, const Value& value) {
 
 } // namespace
 
-Verdict decideSharing(std::span<const BlockPilot> pilots, LightParts lit, double overhead, double gainLeft) {
+Verdict decideSharing(std::span<const BlockPilot> pilots, const PilotedLight& light, double overhead,
+                      double gainLeft) {
     constexpr double kOnePart = 0.9; // of the overhead of both parts (measured: 0.86 to 0.92)
     const double time = 1 + overhead / gainLeft, timeOfOne = 1 + kOnePart * overhead / gainLeft;
     const double times[kSharingChoiceCount] = {1, timeOfOne, timeOfOne, time};
@@ -40,22 +41,23 @@ Verdict decideSharing(std::span<const BlockPilot> pilots, LightParts lit, double
             return pilot.weight * (std::sqrt(cost(pilot, from)) - std::sqrt(cost(pilot, to)));
         });
     };
-    if (!lit.has(LightPart::Indirect)) {
-        constexpr double kLeastGain = 0.5; // standard errors
-        const BlockSum roots = gainOfRoots(0, kSharesDirect),
-                       errors = sumOver(pilots, [&](const BlockPilot&pilot) {
-                           return pilot.weight * (cost(pilot, 0) - cost(pilot, kSharesDirect));
-                       });
-        const bool isShared = roots.exceeds(kLeastGain) && errors.sum > 0;
-        return {kSharingChoices[isShared ? kSharesDirect : 0], roots.sum < 0 || roots.exceeds(1)};
+    constexpr double kLeastGain = 0.5, kLossOfDirect = 0.5, kLossOfIndirect = 2; // standard errors
+    size_t best = kSharesDirect;
+    if (light.lit.has(LightPart::Indirect)) {
+        const bool hasDirect = light.lit.has(LightPart::Direct) &&
+                               gainOfRoots(kSharesIndirect, kSharesBoth).exceeds(-kLossOfDirect);
+        best = hasDirect ? kSharesBoth : kSharesIndirect;
     }
-    constexpr double kLossOfIndirect = 2, kLossOfDirect = 0.5; // standard errors
-    const bool hasDirect =
-        lit.has(LightPart::Direct) && gainOfRoots(kSharesIndirect, kSharesBoth).exceeds(-kLossOfDirect);
-    const size_t best = hasDirect ? kSharesBoth : kSharesIndirect;
-    const BlockSum ofBest = gainOfRoots(0, best);
-    const bool isShared = ofBest.exceeds(-kLossOfIndirect);
-    return {kSharingChoices[isShared ? best : 0], ofBest.sum > 0 || !isShared};
+    const BlockSum roots = gainOfRoots(0, best);
+    constexpr double kMuchIndirect = 1.2;
+    if (light.gainWithoutIndirect > kMuchIndirect) {
+        const bool isShared = roots.exceeds(-kLossOfIndirect);
+        return {kSharingChoices[isShared ? best : 0], roots.sum > 0 || !isShared};
+    }
+    const BlockSum errors = sumOver(
+        pilots, [&](const BlockPilot& pilot) { return pilot.weight * (cost(pilot, 0) - cost(pilot, best)); });
+    const bool isShared = roots.exceeds(kLeastGain) && errors.sum > 0;
+    return {kSharingChoices[isShared ? best : 0], roots.sum < 0 || roots.exceeds(1)};
 }
 
 } // namespace strobe

@@ -12,20 +12,27 @@ struct Verdict {
     bool isCertain = false; ///< more blocks would hardly change it
 };
 
+/// What the pilot of pairs tells about the light.
+struct PilotedLight {
+    LightParts lit; ///< the parts that are not black
+    /// See BlockChooser::gainWithoutIndirect.
+    double gainWithoutIndirect = 1;
+};
+
 /// Decides by the sum of the roots of the blocks' errors: with the best distribution of samples, the product
 /// of error and time is the square of this sum (Neyman allocation, for errors in proportion to 1/n), and a
 /// single block does not decide.
 ///
-/// The errors of a block are those of a few bright samples, often, and blocks gain less than an image, in
-/// which they have neighbors. In 130 renders with indirect light, sharing always had less error than
-/// refusing it, but for three of equal errors. Therefore indirect light is shared unless the blocks lose by
-/// more than two standard errors, and direct light beside it unless they lose by more than half of one.
-/// Direct light alone gains in half of the renders. It is shared if the blocks gain by more than half of a
-/// standard error, and their errors, without roots, gain on average.
+/// The errors of a block are often those of a few bright samples, and blocks gain less than an image, in
+/// which they have neighbors. Where indirect light has much of the noise, sharing had less error than
+/// refusing it in all of 130 renders, but for three with equal errors. Such light is shared unless the blocks
+/// lose by more than two standard errors, and direct light beside indirect light unless they lose by more
+/// than half of one. Where the noise is that of direct light, sharing gains in half of the renders. The
+/// blocks must gain by more than half of a standard error, and their errors, without roots, on average.
 ///
-/// `pilots`: at least two. `lit`: the parts that are not black. `overhead`: the time of sharing both parts
-/// relative to that of the render. `gainLeft`: the part of the blocks' gain above 1 that is left in the
-/// render, which has more samples.
-Verdict decideSharing(std::span<const BlockPilot> pilots, LightParts lit, double overhead, double gainLeft);
+/// `pilots`: at least two. `overhead`: the time of sharing both parts relative to that of the render.
+/// `gainLeft`: the part of the blocks' gain above 1 that is left in the render, which has more samples.
+Verdict decideSharing(std::span<const BlockPilot> pilots, const PilotedLight& light, double overhead,
+                      double gainLeft);
 
 } // namespace strobe
