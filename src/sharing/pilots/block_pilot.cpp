@@ -14,8 +14,6 @@ namespace {
 
 static_assert(std::size(kSharingChoices) == kSharingChoiceCount);
 
-constexpr float kClip = 1; ///< of radiance whose errors are measured
-
 /// Records one block at a time.
 class BlockState : public IntegratorState {
   public:
@@ -44,12 +42,19 @@ std::vector<Rgb> reflectedLight(std::vector<Rgb> image, const RecordedLight& lig
     return out;
 }
 
-/// Returns the mean of the clipped channels of an image.
+/// Clips the radiance of an image: unclipped errors would be those of a few rare bright samples.
+void clip(std::vector<Rgb>& image) {
+    for (Rgb& pixel : image)
+        for (int c = 0; c < 3; ++c)
+            pixel[c] = std::min(pixel[c], 1.f);
+}
+
+/// Returns the mean of the channels of an image.
 double meanOf(const std::vector<Rgb>& image) {
     double sum = 0;
     for (const Rgb& pixel : image)
         for (int c = 0; c < 3; ++c)
-            sum += double(std::min(pixel[c], kClip));
+            sum += double(pixel[c]);
     return sum / (3 * double(image.size()));
 }
 
@@ -59,32 +64,39 @@ double weightOf(double mean) {
     return 1 / (sqr(mean) + sqr(kDark));
 }
 
-double squaredDistance(const std::vector<Rgb>& a, const std::vector<Rgb>& b) {
+/// Returns the variance of an image, given two independent renders of it: sum over pixels and channels.
+double varianceOf(const std::vector<Rgb>& a, const std::vector<Rgb>& b) {
     double sum = 0;
     for (size_t i = 0; i < a.size(); ++i)
         for (int c = 0; c < 3; ++c)
-            sum += sqr(double(std::min(a[i][c], kClip)) - double(std::min(b[i][c], kClip)));
-    return sum;
+            sum += sqr(double(a[i][c]) - double(b[i][c]));
+    return sum / 2;
 }
 
-/// Sets the errors of the images of a block, by kSharingChoices. `a` and `b` are independent renders.
-/// - The squared distance between the images without sharing is twice the variance of one.
-/// - The squared distance between a shared image and the other image without sharing is the error of the
-///   shared image plus this variance.
-/// - The error of sharing both parts is that of sharing indirect light plus a difference. The difference is
-///   measured with images that share indirect light, which have less noise. The biases of the two parts are
-///   taken to be uncorrelated.
-void setErrors(const std::vector<Rgb>* a, const std::vector<Rgb>* b, double* errors) {
-    const double weight = weightOf((meanOf(a[0]) + meanOf(b[0])) / 2);
-    const auto distance = [&](size_t i, size_t k) {
-        return (squaredDistance(a[i], b[k]) + squaredDistance(b[i], a[k])) / 2;
-    };
-    const double variance = distance(0, 0) / 2;
-    errors[0] = weight * variance;
-    errors[kSharesDirect] = weight * (distance(kSharesDirect, 0) - variance);
-    errors[kSharesIndirect] = weight * (distance(kSharesIndirect, 0) - variance);
-    errors[kSharesBoth] = errors[kSharesIndirect] + weight * (distance(kSharesBoth, kSharesIndirect) -
-                                                              distance(kSharesIndirect, kSharesIndirect));
+/// Returns the squared bias of the means over windows of two renders `a` and `b`, whose images without
+/// sharing are `ownA` and `ownB`: the product of the differences from the other render, whose noise is
+/// independent. Pixel by pixel, this product would have as much noise as the images without sharing, and hide
+/// the error of the shared ones.
+double squaredBiasOf(const std::vector<Rgb>& a, const std::vector<Rgb>& b, const std::vector<Rgb>& ownA,
+                     const std::vector<Rgb>& ownB, int width) {
+    constexpr int kWindow = 4; // pixels
+    const int height = int(a.size()) / width, columns = (width + kWindow - 1) / kWindow,
+              rows = (height + kWindow - 1) / kWindow;
+    double sum = 0;
+    for (int window = 0; window < columns * rows; ++window) {
+        const int left = kWindow * (window % columns), top = kWindow * (window / columns);
+        Rgb ofA(0), ofB(0);
+        int count = 0;
+        for (int y = top; y < std::min(top + kWindow, height); ++y)
+            for (int x = left; x < std::min(left + kWindow, width); ++x, ++count) {
+                const size_t i = size_t(y * width + x);
+                ofA += a[i] - ownB[i];
+                ofB += b[i] - ownA[i];
+            }
+        const Rgb product = ofA * ofB;
+        sum += double(product.x + product.y + product.z) / count;
+    }
+    return std::max(sum, 0.);
 }
 
 } // namespace
@@ -124,10 +136,16 @@ BlockRenderer::~BlockRenderer() = default;
 
 void BlockRenderer::render(const std::array<uint64_t, 2>& seeds, BlockPilot& block) {
     const Images first = renderOnce(seeds[0], block), second = renderOnce(seeds[1], block);
-    setErrors(first.data(), second.data(), block.errors);
+    const double weight = weightOf((meanOf(first[0]) + meanOf(second[0])) / 2);
+    for (size_t choice = 0; choice < kSharingChoiceCount; ++choice) {
+        const auto &a = first[choice], &b = second[choice];
+        block.errors[choice] = weight * varianceOf(a, b);
+        if (choice > 0)
+            block.errors[choice] += weight * squaredBiasOf(a, b, first[0], second[0], block.bounds.width());
+    }
 }
 
-/// Renders a block, sets all measurements but its errors, and returns the images by kSharingChoices.
+/// Renders a block, sets all measurements but its errors, and returns the clipped images by kSharingChoices.
 BlockRenderer::Images BlockRenderer::renderOnce(uint64_t seed, BlockPilot& block) {
     auto [image, light] = m_threads
                               .local([&] {
@@ -155,6 +173,7 @@ BlockRenderer::Images BlockRenderer::renderOnce(uint64_t seed, BlockPilot& block
             if (kSharingChoices[choice].has(part))
                 for (size_t i = 0; i < parts[int(part)].correction.size(); ++i)
                     images[choice][i] += parts[int(part)].correction[i];
+        clip(images[choice]);
     }
     return images;
 }

@@ -20,8 +20,8 @@ inline constexpr size_t kSharesDirect = 1, kSharesIndirect = 2, kSharesBoth = 3,
 struct BlockPilot {
     PixelBounds bounds{};
     double weight = 1; ///< of the block's sums: in proportion to the inverse of the probability to choose it
-    /// The errors of the images that share the parts of kSharingChoices, of radiance clipped to 1: unclipped
-    /// errors would be those of a few rare bright samples.
+    /// The errors of the images that share the parts of kSharingChoices, of radiance clipped to 1: variance
+    /// and squared bias of means over windows.
     double errors[kSharingChoiceCount] = {};
     // Sums over the pixels of one render:
     double sharedVariance = 0; ///< that LightSharing estimates if both parts are shared; not relative

@@ -34,7 +34,7 @@ Verdict decideSharing(std::span<const BlockPilot> pilots, const PilotedLight& li
     const double time = 1 + overhead / gainLeft, timeOfOne = 1 + kOnePart * overhead / gainLeft;
     const double times[kSharingChoiceCount] = {1, timeOfOne, timeOfOne, time};
     const auto cost = [&](const BlockPilot& pilot, size_t choice) {
-        return std::max(pilot.errors[choice], 0.) * times[choice];
+        return pilot.errors[choice] * times[choice];
     };
     const auto gainOfRoots = [&](size_t from, size_t to) {
         return sumOver(pilots, [&](const BlockPilot& pilot) {
