@@ -3,6 +3,7 @@
 #include "core/render/shade_pilot.h"
 #include "sharing/emission/emission_refinement.h"
 #include "sharing/pilots/block_chooser.h"
+#include "sharing/pilots/block_pilot.h"
 #include "sharing/pilots/sample_plan.h"
 #include "sharing/pilots/sharing_plan.h"
 #include "support/fence_scene.h"
@@ -194,6 +195,38 @@ Shape "trianglemesh" "integer indices" [0 1 2 0 2 3  4 5 6 4 6 7  0 1 5 0 5 4  1
 Translate 0 1 1
 Shape "sphere" "float radius" .6
 )";
+
+TEST(BlockChooser, TellsHowMuchOfTheNoiseIsThatOfIndirectLight) {
+    const auto gainIn = [](const char* text) {
+        const BuiltScene built = test::build(text);
+        const RenderContext context = contextOf(built);
+        PairPilot pairs(*built.scene, context, 16);
+        pairs.renderFirst();
+        return BlockChooser(pairs).gainWithoutIndirect();
+    };
+    EXPECT_EQ(gainIn(kScene), 1); // direct light only
+    EXPECT_GT(gainIn(kSmoothScene), 2);
+}
+
+/// Of smooth light, sharing leaves less than a third of the error of indirect light.
+TEST(BlockRenderer, MeasuresTheErrorsOfSharing) {
+    const BuiltScene built = test::build(kSmoothScene);
+    const RenderContext context = contextOf(built);
+    BlockRenderer renderer(*built.scene, context, 16, 3, LightParts::all());
+    BlockPilot sum;
+    for (uint64_t i = 0; i < 16; ++i) {
+        BlockPilot block;
+        const int x = 16 * int(i % 4), y = 12 * int(i / 4);
+        block.bounds = {x, y, x + 8, y + 8};
+        renderer.render({2 * i, 2 * i + 1}, block);
+        EXPECT_EQ(block.pixels, 64);
+        for (size_t choice = 0; choice < kSharingChoiceCount; ++choice)
+            sum.errors[choice] += block.errors[choice];
+    }
+    EXPECT_LT(sum.errors[kSharesIndirect], 0.33 * sum.errors[0]);
+    EXPECT_LT(sum.errors[kSharesBoth], 0.33 * sum.errors[0]);
+    EXPECT_GT(sum.errors[kSharesDirect], 0.5 * sum.errors[0]);
+}
 
 /// The bias of the estimates does not fall with the number of samples, and the noise does.
 TEST(SharingPlan, RendersOfManySamplesShareLess) {

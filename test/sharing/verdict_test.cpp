@@ -6,29 +6,32 @@
 namespace strobe {
 namespace {
 
-const LightParts kNone{}, kIndirect = kSharingChoices[kSharesIndirect], kBoth = kSharingChoices[kSharesBoth];
+const LightParts kNone{}, kDirect = kSharingChoices[kSharesDirect],
+                          kIndirect = kSharingChoices[kSharesIndirect], kBoth = kSharingChoices[kSharesBoth];
+const PilotedLight kMuchIndirect{LightParts::all(), 3}, kLittleIndirect{LightParts::all(), 1.1};
 
-/// Returns a block with an error of 1 without sharing, or with shared direct light.
-BlockPilot blockWith(double indirect, double both) {
+/// Returns a block with these errors by kSharingChoices.
+BlockPilot blockWith(double none, double direct, double indirect, double both) {
     BlockPilot block;
-    for (auto& errors : block.errors) {
-        errors[0] = errors[kSharesDirect] = 1;
-        errors[kSharesIndirect] = indirect;
-        errors[kSharesBoth] = both;
-    }
+    block.errors[0] = none;
+    block.errors[kSharesDirect] = direct;
+    block.errors[kSharesIndirect] = indirect;
+    block.errors[kSharesBoth] = both;
     return block;
 }
 
-Verdict decide(const std::vector<BlockPilot>& blocks, const Overheads& overheads = {{0.5, 0.3}, false}) {
-    return decideSharing(blocks, LightParts::all(), overheads, 1);
+/// Returns a block with an error of 1 without sharing, or with shared direct light.
+BlockPilot blockWith(double indirect, double both) { return blockWith(1, 1, indirect, both); }
+
+/// Returns blocks whose direct light has these errors without and with sharing.
+std::vector<BlockPilot> directBlocks(size_t count, double shared, double oddOwn, double oddShared) {
+    std::vector<BlockPilot> blocks(count, blockWith(1, shared, 1, shared));
+    blocks[1] = blockWith(oddOwn, oddShared, oddOwn, oddShared);
+    return blocks;
 }
 
-/// Returns blocks that disagree whether direct light should be shared.
-std::vector<BlockPilot> disagreeing() {
-    std::vector<BlockPilot> blocks(5, blockWith(0.2, 0.2));
-    blocks[1] = blockWith(0.2, 0.1);
-    blocks[3] = blockWith(0.2, 0.28);
-    return blocks;
+Verdict decide(const std::vector<BlockPilot>& blocks, const PilotedLight& light = kMuchIndirect) {
+    return decideSharing(blocks, light, 0.5, 1);
 }
 
 TEST(Verdict, SharesPartsThatGainMoreThanTheirTime) {
@@ -36,66 +39,57 @@ TEST(Verdict, SharesPartsThatGainMoreThanTheirTime) {
     EXPECT_EQ(decide({5, blockWith(0.2, 0.22)}).parts, kIndirect);
     EXPECT_EQ(decide({5, blockWith(0.2, 0.2)}).parts, kIndirect); // a gain of 0 does not pay its time
     EXPECT_EQ(decide({5, blockWith(0.8, 0.8)}).parts, kNone);
+    EXPECT_EQ(decide({5, blockWith(0.2, 0.1)}, kLittleIndirect).parts, kBoth);
+    EXPECT_EQ(decide({5, blockWith(0.8, 0.8)}, kLittleIndirect).parts, kNone);
 }
 
-TEST(Verdict, TheTimeIsThatOfAnAdaptiveRenderIfSamplesAdapt) {
-    const std::vector<BlockPilot> blocks(5, blockWith(0.5, 0.5));
-    EXPECT_EQ(decide(blocks, {{1.2, 0.5}, false}).parts, kNone);
-    EXPECT_EQ(decide(blocks, {{1.2, 0.5}, true}).parts, kIndirect);
-}
-
-TEST(Verdict, IsUncertainIfBlocksDisagreeAboutDirectLight) {
-    const Verdict agreed = decide({5, blockWith(0.2, 0.19)});
-    EXPECT_EQ(agreed.parts, kBoth);
-    EXPECT_TRUE(agreed.isCertain);
-    const Verdict verdict = decide(disagreeing());
-    EXPECT_EQ(verdict.parts, kBoth);
-    EXPECT_FALSE(verdict.isCertain);
-}
-
-TEST(Verdict, BlackDirectLightIsCertain) {
-    LightParts indirect;
-    indirect.add(LightPart::Indirect);
-    const Verdict verdict = decideSharing(disagreeing(), indirect, {{0.5, 0.3}, false}, 1);
-    EXPECT_EQ(verdict.parts, kIndirect);
-    EXPECT_TRUE(verdict.isCertain);
-}
-
-/// Blocks that gain on average ask for more blocks, blocks that lose do not. Beside indirect light, both ask.
-TEST(Verdict, ARefusalOfDirectLightAloneIsCertainIfBlocksLose) {
-    LightParts direct;
-    direct.add(LightPart::Direct);
+/// The blocks lose by one standard error.
+TEST(Verdict, IndirectLightWithMuchNoiseIsSharedUnlessBlocksLoseClearly) {
     std::vector<BlockPilot> blocks(5, blockWith(1, 1));
-    const auto decideWith = [&](LightParts lit, double least, double most) {
-        for (size_t i = 0; i < blocks.size(); ++i)
-            for (auto& errors : blocks[i].errors)
-                errors[kSharesDirect] = errors[kSharesBoth] = i == 0 ? most : least;
-        return decideSharing(blocks, lit, {{0.5, 0.3}, false}, 1);
+    blocks[2] = blockWith(0.5, 0.5);
+    const Verdict much = decide(blocks), little = decide(blocks, kLittleIndirect);
+    EXPECT_EQ(much.parts, kIndirect);
+    EXPECT_FALSE(much.isCertain);
+    EXPECT_EQ(little.parts, kNone);
+    EXPECT_TRUE(little.isCertain);
+}
+
+TEST(Verdict, DirectLightBesideIndirectMayLoseHalfOfAStandardError) {
+    std::vector<BlockPilot> blocks(5, blockWith(0.2, 0.2));
+    blocks[1] = blockWith(0.2, 0.15);
+    EXPECT_EQ(decide(blocks).parts, kBoth);
+    blocks[3] = blockWith(0.2, 0.3);
+    EXPECT_EQ(decide(blocks).parts, kIndirect);
+}
+
+TEST(Verdict, BlackPartsAreNotShared) {
+    EXPECT_EQ(decide({5, blockWith(0.2, 0.1)}, {kIndirect, 3}).parts, kIndirect);
+    EXPECT_EQ(decide(directBlocks(5, 0.2, 1, 0.2), {kDirect, 1}).parts, kDirect);
+}
+
+TEST(Verdict, DirectLightAloneMustGainAStandardError) {
+    const auto decideWith = [](double oddShared) {
+        return decide(directBlocks(5, 0.3, 1, oddShared), {kDirect, 1});
     };
-    const Verdict gains = decideWith(direct, 0.3, 1.3), loses = decideWith(direct, 0.3, 2.3);
-    EXPECT_EQ(gains.parts, kNone);
-    EXPECT_FALSE(gains.isCertain);
+    const Verdict gains = decideWith(1.3), unclear = decideWith(2.3), loses = decideWith(5);
+    EXPECT_EQ(gains.parts, kDirect);
+    EXPECT_TRUE(gains.isCertain);
+    EXPECT_EQ(unclear.parts, kNone);
+    EXPECT_FALSE(unclear.isCertain);
     EXPECT_EQ(loses.parts, kNone);
     EXPECT_TRUE(loses.isCertain);
-    EXPECT_FALSE(decideWith(LightParts::all(), 0.3, 2.3).isCertain);
 }
 
-/// One of five blocks loses, so that the sum of the errors does not show a gain. The roots show one of 0.6
-/// standard errors.
-TEST(Verdict, RootsOfErrorsNeedAStandardErrorIfSamplesDoNotAdapt) {
-    std::vector<BlockPilot> blocks(5, blockWith(0.25, 0.25));
-    blocks[2] = blockWith(1.44, 1.44);
-    EXPECT_EQ(decide(blocks, {{0.9, 0.6}, false}).parts, kNone);
-    EXPECT_EQ(decide(blocks, {{0.9, 0.6}, true}).parts, kIndirect);
-    blocks[2] = blockWith(0.9, 0.9);
-    EXPECT_EQ(decide(blocks, {{0.9, 0.6}, false}).parts, kIndirect);
+/// The roots gain 2.3 standard errors, the errors 0.48.
+TEST(Verdict, DirectLightAloneMustGainInTheErrorsToo) {
+    EXPECT_EQ(decide(directBlocks(10, 0.3, 4, 5), {kDirect, 1}).parts, kNone);
+    EXPECT_EQ(decide(directBlocks(10, 0.3, 4, 4.5), {kDirect, 1}).parts, kDirect);
 }
 
 TEST(Verdict, RendersOfManySamplesNeedMoreGain) {
     const std::vector<BlockPilot> blocks(5, blockWith(0.3, 0.3));
-    const Overheads overheads{{0.5, 0.3}, false};
-    EXPECT_EQ(decideSharing(blocks, LightParts::all(), overheads, 1).parts, kIndirect);
-    EXPECT_EQ(decideSharing(blocks, LightParts::all(), overheads, 0.1).parts, kNone);
+    EXPECT_EQ(decideSharing(blocks, kMuchIndirect, 0.5, 1).parts, kIndirect);
+    EXPECT_EQ(decideSharing(blocks, kMuchIndirect, 0.5, 0.1).parts, kNone);
 }
 
 } // namespace

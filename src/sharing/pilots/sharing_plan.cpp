@@ -92,7 +92,6 @@ struct PilotSize {
 
 PilotSize pilotSizeFor(double samplesPerPixel, const PixelBounds& bounds) {
     constexpr int kBlockPixels = PairPilot::kBlockSize * PairPilot::kBlockSize;
-    // Three blocks, and six if these are uncertain, decide as well as five do (130 renders, eight seeds).
     constexpr int kMinSamples = 16, kMaxSamples = 64, kMinBlocks = 4, kMaxBlocks = 40;
     constexpr double kPilotShare = 0.0015;
     // Direct light converges faster than in proportion to the samples, so that few would mislead.

@@ -41,7 +41,8 @@ Verdict decideSharing(std::span<const BlockPilot> pilots, const PilotedLight& li
             return pilot.weight * (std::sqrt(cost(pilot, from)) - std::sqrt(cost(pilot, to)));
         });
     };
-    constexpr double kLeastGain = 0.5, kLossOfDirect = 0.5, kLossOfIndirect = 2; // standard errors
+    // Standard errors:
+    constexpr double kLeastGain = 1, kLeastGainOfErrors = 0.5, kLossOfDirect = 0.5, kLossOfIndirect = 2;
     size_t best = kSharesDirect;
     if (light.lit.has(LightPart::Indirect)) {
         const bool hasDirect = light.lit.has(LightPart::Direct) &&
@@ -56,8 +57,8 @@ Verdict decideSharing(std::span<const BlockPilot> pilots, const PilotedLight& li
     }
     const BlockSum errors = sumOver(
         pilots, [&](const BlockPilot& pilot) { return pilot.weight * (cost(pilot, 0) - cost(pilot, best)); });
-    const bool isShared = roots.exceeds(kLeastGain) && errors.sum > 0;
-    return {kSharingChoices[isShared ? best : 0], roots.sum < 0 || roots.exceeds(1)};
+    const bool isShared = roots.exceeds(kLeastGain) && errors.exceeds(kLeastGainOfErrors);
+    return {kSharingChoices[isShared ? best : 0], roots.sum < 0 || roots.exceeds(kLeastGain)};
 }
 
 } // namespace strobe

@@ -24,11 +24,11 @@ struct PilotedLight {
 /// single block does not decide.
 ///
 /// The errors of a block are often those of a few bright samples, and blocks gain less than an image, in
-/// which they have neighbors. Where indirect light has much of the noise, sharing had less error than
-/// refusing it in all of 130 renders, but for three with equal errors. Such light is shared unless the blocks
-/// lose by more than two standard errors, and direct light beside indirect light unless they lose by more
-/// than half of one. Where the noise is that of direct light, sharing gains in half of the renders. The
-/// blocks must gain by more than half of a standard error, and their errors, without roots, on average.
+/// which they have neighbors. Where indirect light has much of the noise, sharing gained in all renders that
+/// were measured (100 scenes). Such light is shared unless the blocks lose by more than two standard errors,
+/// and direct light beside it unless they lose by more than half of one. Where the noise is that of direct
+/// light, sharing gains in half of the renders. The blocks must gain by more than one standard error, and
+/// their errors, without roots, by half of one.
 ///
 /// `pilots`: at least two. `overhead`: the time of sharing both parts relative to that of the render.
 /// `gainLeft`: the part of the blocks' gain above 1 that is left in the render, which has more samples.
