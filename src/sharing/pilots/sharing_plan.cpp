@@ -93,7 +93,7 @@ struct PilotSize {
 PilotSize pilotSizeFor(double samplesPerPixel, const PixelBounds& bounds) {
     constexpr int kBlockPixels = PairPilot::kBlockSize * PairPilot::kBlockSize;
     constexpr int kMinSamples = 16, kMaxSamples = 64, kMinBlocks = 4, kMaxBlocks = 40;
-    constexpr double kPilotShare = 0.0015;
+    constexpr double kPilotShare = 0.0015; // of the samples of the render, for each of the two renders
     // Direct light converges faster than in proportion to the samples, so that few would mislead.
     const int samples = int(
         std::min(samplesPerPixel, std::clamp(samplesPerPixel / 2, double(kMinSamples), double(kMaxSamples))));
