@@ -87,9 +87,15 @@ TEST(Verdict, DirectLightAloneMustGainInTheErrorsToo) {
 }
 
 TEST(Verdict, RendersOfManySamplesNeedMoreGain) {
-    const std::vector<BlockPilot> blocks(5, blockWith(0.3, 0.3));
-    EXPECT_EQ(decideSharing(blocks, kMuchIndirect, 0.5, 1).parts, kIndirect);
-    EXPECT_EQ(decideSharing(blocks, kMuchIndirect, 0.5, 0.1).parts, kNone);
+    const std::vector<BlockPilot> blocks(5, blockWith(0.3, 0.25));
+    const auto decideWith = [&](const PilotedLight& light, double sampleRatio) {
+        return decideSharing(blocks, light, 0.5, sampleRatio).parts;
+    };
+    EXPECT_EQ(decideWith(kMuchIndirect, 1), kBoth);
+    EXPECT_EQ(decideWith(kMuchIndirect, 0.5), kBoth);
+    EXPECT_EQ(decideWith(kMuchIndirect, 0.02), kNone);
+    EXPECT_EQ(decideWith(kLittleIndirect, 1), kBoth);
+    EXPECT_EQ(decideWith(kLittleIndirect, 0.5), kNone); // direct light converges faster
 }
 
 } // namespace

@@ -75,15 +75,6 @@ bool missNoise(std::span<const BlockPilot> pilots, const BlockChooser& chooser, 
     return error < kLeast * double(pilots.size()) * chooser.meanNoise() * kBlockPixels / pilotSamples;
 }
 
-/// Returns the part of the gain above 1 that is left in a render with so many more samples per pixel than the
-/// pilot. The noise falls with the number of samples and the bias of the estimates does not: from 64 to 4096
-/// samples, the gain above 1 falls with a power of 0.45 to 0.9 of their number (moving-pair,
-/// anim-moving-reflection). Up to twice the samples of the pilot, the other constants include this.
-double gainLeftOf(double samplesPerPixel, int pilotSamples) {
-    constexpr double kPower = 0.6;
-    return std::pow(std::min(1., 2 * pilotSamples / samplesPerPixel), kPower);
-}
-
 /// The blocks of the pilot.
 struct PilotSize {
     int samples;  ///< per pixel
@@ -143,7 +134,8 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
     constexpr double kMaxRare = 0.005;
     const double samples = context.isPass ? kPasses : context.samplesPerPixel;
     const PilotSize size = pilotSizeFor(samples, context.pilotBounds);
-    const double gainLeft = gainLeftOf(samples, size.samples);
+    // Up to twice the samples of the blocks, the constants of the verdict include that renders gain less.
+    const double sampleRatio = std::min(1., 2 * size.samples / samples);
     const BlockChooser chooser(pairs);
     const PilotedLight light{pairs.brightness().litParts(), chooser.gainWithoutIndirect()};
     BlockRenderer renderer(scene, context, size.samples, cellSize, light.lit);
@@ -155,9 +147,9 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
         addBlocks(size.count, chooser, pairs, renderer, pilots);
         plan.overhead = overheadsOf(scene, samples, pairs.counters(), pilots);
         missesNoise = missNoise(pilots, chooser, size.samples);
-        verdict = decideSharing(pilots, light, plan.overhead.uniform, gainLeft);
+        verdict = decideSharing(pilots, light, plan.overhead.uniform, sampleRatio);
         if (adaptsSamples) {
-            const Verdict adaptive = decideSharing(pilots, light, plan.overhead.adaptive, gainLeft);
+            const Verdict adaptive = decideSharing(pilots, light, plan.overhead.adaptive, sampleRatio);
             // The promise is looked for only if it matters: that takes as long as a block.
             if (adaptive.parts == verdict.parts ||
                 promisesSamplePlan(pairs, samples, {LightParts::all(), {}, {}, {}}))

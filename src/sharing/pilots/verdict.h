@@ -31,8 +31,8 @@ struct PilotedLight {
 /// their errors, without roots, by half of one.
 ///
 /// `pilots`: at least two. `overhead`: the time of sharing both parts relative to that of the render.
-/// `gainLeft`: the part of the blocks' gain above 1 that is left in the render, which has more samples.
+/// `sampleRatio`: in (0, 1]; if less than 1, the render has more samples than the blocks, and gains less.
 Verdict decideSharing(std::span<const BlockPilot> pilots, const PilotedLight& light, double overhead,
-                      double gainLeft);
+                      double sampleRatio);
 
 } // namespace strobe
