@@ -87,15 +87,16 @@ TEST(Verdict, DirectLightAloneMustGainInTheErrorsToo) {
 }
 
 TEST(Verdict, RendersOfManySamplesNeedMoreGain) {
-    const std::vector<BlockPilot> blocks(5, blockWith(0.3, 0.25));
+    const std::vector<BlockPilot> blocks(5, blockWith(1, 0.25, 0.3, 0.25));
     const auto decideWith = [&](const PilotedLight& light, double sampleRatio) {
         return decideSharing(blocks, light, 0.5, sampleRatio).parts;
     };
     EXPECT_EQ(decideWith(kMuchIndirect, 1), kBoth);
     EXPECT_EQ(decideWith(kMuchIndirect, 0.5), kBoth);
     EXPECT_EQ(decideWith(kMuchIndirect, 0.02), kNone);
-    EXPECT_EQ(decideWith(kLittleIndirect, 1), kBoth);
-    EXPECT_EQ(decideWith(kLittleIndirect, 0.5), kNone); // direct light converges faster
+    const PilotedLight direct{kDirect, 1};
+    EXPECT_EQ(decideWith(direct, 1), kDirect);
+    EXPECT_EQ(decideWith(direct, 0.5), kNone); // direct light converges faster
 }
 
 } // namespace

@@ -35,9 +35,10 @@ Verdict decideSharing(std::span<const BlockPilot> pilots, const PilotedLight& li
     // The gain above 1 falls with this power of the number of samples, as bias does not fall with it. From 64
     // to 4096 samples, that of indirect light has a power of 0.45 to 0.9 (moving-pair,
     // anim-moving-reflection). The noise of direct light falls faster: of what blocks with 64 samples show,
-    // renders with 256 have less than a fifth (five of six scenes).
+    // renders of direct light alone with 256 have less than a fifth (five of six scenes).
     constexpr double kPowerOfIndirect = 0.6, kPowerOfDirect = 3;
-    const double gainLeft = std::pow(sampleRatio, isLikely ? kPowerOfIndirect : kPowerOfDirect);
+    const bool hasIndirect = light.lit.has(LightPart::Indirect);
+    const double gainLeft = std::pow(sampleRatio, hasIndirect ? kPowerOfIndirect : kPowerOfDirect);
     constexpr double kOnePart = 0.9; // of the overhead of both parts (measured: 0.86 to 0.92)
     const double time = 1 + overhead / gainLeft, timeOfOne = 1 + kOnePart * overhead / gainLeft;
     const double times[kSharingChoiceCount] = {1, timeOfOne, timeOfOne, time};
@@ -52,7 +53,7 @@ Verdict decideSharing(std::span<const BlockPilot> pilots, const PilotedLight& li
     // Standard errors:
     constexpr double kLeastGain = 1, kLeastGainOfErrors = 0.5, kLossOfDirect = 0.5, kLossOfIndirect = 2;
     size_t best = kSharesDirect;
-    if (light.lit.has(LightPart::Indirect)) {
+    if (hasIndirect) {
         const bool hasDirect = light.lit.has(LightPart::Direct) &&
                                gainOfRoots(kSharesIndirect, kSharesBoth).exceeds(-kLossOfDirect);
         best = hasDirect ? kSharesBoth : kSharesIndirect;
