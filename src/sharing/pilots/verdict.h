@@ -12,23 +12,24 @@ struct Verdict {
     bool isCertain = false; ///< more blocks would hardly change it
 };
 
-/// What the pilot of pairs tells about the light.
+/// The parts of the light, as the pilot of pairs measured them.
 struct PilotedLight {
     LightParts lit; ///< the parts that are not black
     /// See BlockChooser::gainWithoutIndirect.
     double gainWithoutIndirect = 1;
 };
 
-/// Decides by the sum of the roots of the blocks' errors: with the best distribution of samples, the product
-/// of error and time is the square of this sum (Neyman allocation, for errors in proportion to 1/n), and a
-/// single block does not decide.
+/// Decides by the sum of the roots of the blocks' errors. With the best distribution of samples, the product
+/// of error and time is the square of this sum (Neyman allocation, for errors in proportion to 1/n). A single
+/// block does not decide. Blocks gain less than an image, because they have no neighbors.
 ///
-/// The errors of a block are often those of a few bright samples, and blocks gain less than an image, in
-/// which they have neighbors. Where indirect light has much of the noise, sharing gained in all renders that
-/// were measured (100 scenes). Such light is shared unless the blocks lose by more than two standard errors,
-/// and direct light beside it unless they lose by more than half of one. Where the noise is that of direct
-/// light, sharing gains in half of the renders. The blocks must gain by more than one standard error, and
-/// their errors, without roots, by half of one.
+/// - Indirect light with at least a sixth of the noise gained in every scene that was measured. It is shared
+///   unless the blocks lose by more than two standard errors.
+/// - Other light gains in about half of the renders. It is shared if the blocks gain by more than one
+/// standard
+///   error, and if the sum of their errors, without roots, gains by more than half of one.
+/// - Direct light is shared beside indirect light unless the blocks lose by more than half of a standard
+/// error.
 ///
 /// `pilots`: at least two. `overhead`: the time of sharing both parts relative to that of the render.
 /// `sampleRatio`: in (0, 1]; if less than 1, the render has more samples than the blocks, and gains less.
