@@ -23,13 +23,12 @@ struct PilotedLight {
 /// of error and time is the square of this sum (Neyman allocation, for errors in proportion to 1/n). A single
 /// block does not decide. Blocks gain less than an image, because they have no neighbors.
 ///
-/// - Indirect light with at least a sixth of the noise gained in every scene that was measured. It is shared
-///   unless the blocks lose by more than two standard errors.
+/// - Indirect light with at least a sixth of the noise gains in nearly every scene that was measured. It is
+///   shared unless the blocks lose by more than two standard errors.
 /// - Other light gains in about half of the renders. It is shared if the blocks gain by more than one
-/// standard
-///   error, and if the sum of their errors, without roots, gains by more than half of one.
+///   standard error, and if the sum of their errors, without roots, gains by more than half of one.
 /// - Direct light is shared beside indirect light unless the blocks lose by more than half of a standard
-/// error.
+///   error.
 ///
 /// `pilots`: at least two. `overhead`: the time of sharing both parts relative to that of the render.
 /// `sampleRatio`: in (0, 1]; if less than 1, the render has more samples than the blocks, and gains less.
