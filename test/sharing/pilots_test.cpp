@@ -251,7 +251,8 @@ TEST(SharingPlan, ManyCellsTakeTime) {
     PairPilot pairs(*built.scene, context, kSamples);
     pairs.renderFirst();
     const auto overheadWith = [&](float cellSize) {
-        return planSharing(*built.scene, context, pairs, cellSize, LightParts::all(), false).overhead.uniform;
+        return planSharing(*built.scene, context, pairs, cellSize, LightParts::all(), false)
+            .overhead.ofPixels;
     };
     EXPECT_GT(overheadWith(0.5f), 1.2 * overheadWith(3));
 }
@@ -272,6 +273,27 @@ TEST(SamplePlan, NoiseOfIndirectLightAloneMakesNoPlan) {
     PairPilot pairs(*built.scene, context, kSamples);
     pairs.renderFirst();
     EXPECT_FALSE(planSamples(pairs, kSamples, SharingPlan()).has_value());
+}
+
+/// Where the reconstruction takes long, more samples pay: its time does not grow with them.
+TEST(SamplePlan, CountsTheTimeOfSharing) {
+    constexpr int kSamples = 16, kBars = 14;
+    const BuiltScene built = test::build(test::fenceScene(kSamples, kBars));
+    const RenderContext context = contextOf(built);
+    const auto samplesWith = [&](const SharingOverhead& overhead) {
+        PairPilot pairs(*built.scene, context, kSamples);
+        pairs.renderFirst();
+        SharingPlan sharing;
+        sharing.parts = LightParts::all();
+        sharing.overhead = overhead;
+        const auto factors = planSamples(pairs, kSamples, sharing);
+        int sum = 0;
+        for (const uint8_t factor : factors ? factors->factors() : std::vector<uint8_t>())
+            sum += factor;
+        return sum;
+    };
+    EXPECT_GT(samplesWith({0, 1}), samplesWith({0, 0}));
+    EXPECT_LT(samplesWith({3, 1}), samplesWith({0, 1}));
 }
 
 } // namespace

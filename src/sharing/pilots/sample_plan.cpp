@@ -12,8 +12,8 @@ namespace {
 constexpr int kMaxExponent = 4; ///< of the factors, which are powers of two
 /// The least gain that is worth it. Small gains are those of squared errors only: structural errors grow.
 constexpr double kMinGain = 1.3;
-/// The largest time of the render relative to that with factors of 1.
-constexpr double kMaxTime = 2;
+/// The largest time of the samples relative to that with factors of 1.
+constexpr double kMaxTime = 3;
 
 /// Returns the power of two next to a factor, given its binary logarithm.
 uint8_t roundedFactor(double exponent) {
@@ -26,7 +26,7 @@ class DensityBins {
   public:
     static constexpr int kSteps = 4, kStepCount = 10 * kSteps;
 
-    explicit DensityBins(const PilotCosts& costs) {
+    DensityBins(const PilotCosts& costs, const SharingOverhead& overhead) : m_overhead(overhead) {
         std::vector<Bin> bins[kModes];
         for (std::vector<Bin>& ofMode : bins)
             ofMode.resize(kAbsoluteBins);
@@ -97,12 +97,13 @@ class DensityBins {
     };
     using Bins = Bin[kBins];
 
-    /// Time, and products of error and time, relative to those with factors of 1.
+    /// Costs relative to those with factors of 1.
     struct RelativeCosts {
-        double time, product;
+        double time;       ///< of the samples
+        double product;    ///< of the error and the time of the render
         double rawProduct; ///< of radiance that is not clipped
     };
-    static RelativeCosts costsFor(int step, const Bins& bins) {
+    RelativeCosts costsFor(int step, const Bins& bins) const {
         double error = 0, rawError = 0, time = 0, mostError = 0, mostRawError = 0, leastTime = 0;
         for (int i = 0; i < kBins; ++i) {
             const Bin& bin = bins[i];
@@ -114,8 +115,9 @@ class DensityBins {
             mostRawError += bin.errors[kRawPlanned] + other;
             leastTime += bin.time;
         }
-        const double ratio = time / leastTime;
-        return {ratio, ratio * error / mostError, ratio * rawError / mostRawError};
+        const double ofSamples = time / leastTime,
+                     ofRender = m_overhead.timeOf(ofSamples) / m_overhead.timeOf(1);
+        return {ofSamples, ofRender * error / mostError, ofRender * rawError / mostRawError};
     }
     static size_t absoluteBinOf(float logDensity) {
         const float bin = std::floor(kSteps * (logDensity + 0.5f));
@@ -125,6 +127,7 @@ class DensityBins {
     static int exponentOf(int bin, int step) {
         return std::clamp((bin + kFirst + step + kStepCount) / kSteps - kStepCount / kSteps, 0, kMaxExponent);
     }
+    const SharingOverhead m_overhead;
     Bins m_bins[kModes];
     float m_largest; ///< binary logarithm of the largest density, in steps, rounded up
 };
@@ -141,8 +144,10 @@ class RootGain {
         m_time += double(time);
         m_plannedTime += double(time) * factor;
     }
-    double gain() const {
-        return m_plannedRoots > 0 ? sqr(m_roots / m_plannedRoots) * m_time / m_plannedTime : 0;
+    double gain(const SharingOverhead& overhead) const {
+        return m_plannedRoots > 0 ? sqr(m_roots / m_plannedRoots) * overhead.timeOf(1) /
+                                        overhead.timeOf(m_plannedTime / m_time)
+                                  : 0;
     }
 
   private:
@@ -155,7 +160,7 @@ uint8_t factorOf(const BlockCost& block, double logScale) {
 }
 
 /// Returns the expected gain in the squared sum of the roots of the errors, as in DensityBins.
-double rootGainOf(const PilotCosts& costs, double logScale) {
+double rootGainOf(const PilotCosts& costs, const SharingOverhead& overhead, double logScale) {
     RootGain inSample, crossed;
     costs.forEachBlock([&](size_t, const PilotCosts::OfBlock& block) {
         const BlockCost& whole = block[PilotCosts::kWhole];
@@ -163,16 +168,17 @@ double rootGainOf(const PilotCosts& costs, double logScale) {
         for (int half = 0; half < kHalves; ++half)
             crossed.add(block[1 - half].errors, whole.time, factorOf(block[half], logScale));
     });
-    return std::sqrt(inSample.gain() * crossed.gain());
+    return std::sqrt(inSample.gain(overhead) * crossed.gain(overhead));
 }
 
 /// Returns the binary logarithm of the scale of the densities that leaves about the least product of error
 /// and time; none, if that is expected to gain less than kMinGain. The roots of the errors must gain, too,
-/// where nothing is shared or half of the pairs do not promise kMinGain. `isShared`: whether any light is.
-std::optional<double> findLogScale(const PilotCosts& costs, bool isShared) {
+/// where nothing is shared or half of the pairs do not promise kMinGain. Where light is shared, half of the
+/// pairs must promise a gain, too: the noise of all of them looks like one.
+std::optional<double> findLogScale(const PilotCosts& costs, const SharingPlan& sharing) {
     // Structural errors grow if few bright blocks have all of the gain (measured).
-    constexpr double kNearlyLeast = 1.03, kMinRootGain = 1.1;
-    const DensityBins bins(costs);
+    constexpr double kNearlyLeast = 1.03, kMinRootGain = 1.1, kMinCrossedGain = 1.15;
+    const DensityBins bins(costs, sharing.overhead);
     if (bins.isEmpty())
         return {};
     std::vector<double> products; // by step
@@ -187,8 +193,11 @@ std::optional<double> findLogScale(const PilotCosts& costs, bool isShared) {
     const auto chosen = std::find_if(products.begin(), products.end(),
                                      [&](double product) { return product <= kNearlyLeast * least; });
     const double logScale = bins.logScaleOf(int(chosen - products.begin()));
+    const bool isShared = !sharing.parts.isEmpty();
+    if (isShared && leastCrossed * kMinCrossedGain > 1)
+        return {};
     const bool isCertain = isShared && leastCrossed * kMinGain <= 1;
-    if (!isCertain && rootGainOf(costs, logScale) < kMinRootGain)
+    if (!isCertain && rootGainOf(costs, sharing.overhead, logScale) < kMinRootGain)
         return {};
     return logScale;
 }
@@ -234,11 +243,10 @@ PlannedLight lightLeftBy(const SharingPlan& sharing) {
 /// also gain if its noise stays: few pairs hit the rare bright samples that may have most of it.
 std::optional<double> findLogScale(const PilotCosts& costs, const PairPilot& pilot,
                                    const SharingPlan& sharing) {
-    const bool isShared = !sharing.parts.isEmpty();
-    const auto logScale = findLogScale(costs, isShared);
+    const auto logScale = findLogScale(costs, sharing);
     const bool leavesIndirect =
         !sharing.parts.has(LightPart::Indirect) && pilot.brightness().litParts().has(LightPart::Indirect);
-    if (leavesIndirect && !findLogScale(PilotCosts(pilot, {&BlockNoise::direct, 1}), isShared))
+    if (leavesIndirect && !findLogScale(PilotCosts(pilot, {&BlockNoise::direct, 1}), sharing))
         return {};
     return logScale;
 }
@@ -278,9 +286,8 @@ std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixe
         time += double(whole.time) * out.factors()[i];
         backgrounds.add(pilot, i, whole.time);
     });
-    const double overhead = logScale ? sharing.overhead.adaptive : sharing.overhead.uniform;
     if (leastTime > 0)
-        backgrounds.raise(time / leastTime * (1 + overhead), leastTime, out);
+        backgrounds.raise(sharing.overhead.timeOf(time / leastTime), leastTime, out);
     if (std::all_of(out.factors().begin(), out.factors().end(), [](uint8_t factor) { return factor == 1; }))
         return {};
     return out;

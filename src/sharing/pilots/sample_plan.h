@@ -11,9 +11,9 @@ namespace strobe {
 /// Returns the factors of the numbers of samples, by blocks of pixels; none, if all are 1. The factors are
 /// powers of two from 1 on.
 ///
-/// - They minimize the product of error and time (Neyman allocation), or are 1 if that gains little. They at
-///   most double the time of the render. The variances of blocks, relative to their radiance, are those of
-///   all but shared indirect light.
+/// - They minimize the product of error and time (Neyman allocation), or are 1 if that gains little. The time
+///   of the samples grows by a factor of three at most. The variances of blocks, relative to their radiance,
+///   are those of all but shared indirect light.
 /// - Backgrounds, which cannot gain by sharing, have at least the factor by which the time of the render
 ///   grows: they are not worse than those of a render of the same time that does not share. They add at most
 ///   half of its time.

@@ -30,13 +30,12 @@ double manyCellsIn(std::span<const BlockPilot> pilots) {
     return std::max(cells / pixels - kOfSmoothSurface, 0.);
 }
 
-/// Returns the time for recording and reconstruction of both parts relative to that of the render. The model
-/// of the times was fitted to those of all scenes of this project on one machine: the times decide about
-/// pixels, so that they cannot be measured here. Three in four times of renders are within a factor of 1.5 of
-/// the model, all within 2.1.
-/// `manyCells`: see manyCellsIn.
-double overheadOf(const Scene& scene, double samplesPerPixel, const Counters& counters, double manyCells) {
-    // Nanoseconds per sample, per sample with a first vertex, per pixel, and per cell of manyCells:
+/// Returns the time of sharing both parts. The model of the times was fitted to those of all scenes of this
+/// project on one machine: the times decide about pixels, so that they cannot be measured here. Three in four
+/// times of renders are within a factor of 1.5 of the model, all within 2.1.
+SharingOverhead overheadOf(const Scene& scene, double samplesPerPixel, const Counters& counters,
+                           std::span<const BlockPilot> pilots) {
+    // Nanoseconds per sample, per sample with a first vertex, per pixel, and per cell of manyCellsIn:
     constexpr double kObserve = 30, kRecord = 110, kFinishPixel = 1350, kReconstructPixel = 90, kCell = 700;
     // The parts of the time of a ray, and the times of other steps:
     constexpr double kSimplestRay = 15, kRayPerDoubledGeometry = 1.1, kRayPerInstance = 15, kSurface = 155,
@@ -51,17 +50,9 @@ double overheadOf(const Scene& scene, double samplesPerPixel, const Counters& co
     const double render = ray * double(counters.rays()) + kSurface * double(counters.surfaces) +
                           kFootprint * double(counters.footprints) +
                           kLightSample * double(counters.lightSamples);
-    const double ofPixel = kFinishPixel + kReconstructPixel * recorded + kCell * manyCells;
-    return (kObserve + kRecord * recorded + ofPixel / samplesPerPixel) / (render / samples);
-}
-
-/// Returns overheadOf a uniform and of an adaptive render.
-SharingOverhead overheadsOf(const Scene& scene, double samplesPerPixel, const Counters& counters,
-                            std::span<const BlockPilot> pilots) {
-    constexpr double kAdaptiveSamples = 2; // relative to those of a uniform render: see planSamples
-    const double manyCells = manyCellsIn(pilots);
-    return {overheadOf(scene, samplesPerPixel, counters, manyCells),
-            overheadOf(scene, kAdaptiveSamples * samplesPerPixel, counters, manyCells)};
+    const double ofPixel = kFinishPixel + kReconstructPixel * recorded + kCell * manyCellsIn(pilots);
+    const double ofRenderedSample = render / samples;
+    return {(kObserve + kRecord * recorded) / ofRenderedSample, ofPixel / samplesPerPixel / ofRenderedSample};
 }
 
 /// Returns whether the blocks show hardly any of the noise that the pairs of all blocks have: it is that of
@@ -128,7 +119,8 @@ EmissionPilot meanEmission(std::span<const BlockPilot> pilots, double errorScale
 
 SharingPlan planSharing(const Scene& scene, const RenderContext& context, const PairPilot& pairs,
                         float cellSize, const std::optional<LightParts>& chosen, bool adaptsSamples) {
-    constexpr double kPasses = 64; // the samples of passes, whose number is not known
+    constexpr double kPasses = 64;      // the samples of passes, whose number is not known
+    constexpr double kAdaptiveTime = 2; // of adaptive samples relative to uniform ones: see planSamples
     // The fraction of the samples that are recorded one by one falls with their number, so that the limits
     // rise.
     constexpr double kMaxRare = 0.005;
@@ -145,14 +137,15 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
     bool missesNoise = false;
     do {
         addBlocks(size.count, chooser, pairs, renderer, pilots);
-        plan.overhead = overheadsOf(scene, samples, pairs.counters(), pilots);
+        plan.overhead = overheadOf(scene, samples, pairs.counters(), pilots);
         missesNoise = missNoise(pilots, chooser, size.samples);
-        verdict = decideSharing(pilots, light, plan.overhead.uniform, sampleRatio);
+        verdict = decideSharing(pilots, light, plan.overhead.timeOf(1) - 1, sampleRatio);
         if (adaptsSamples) {
-            const Verdict adaptive = decideSharing(pilots, light, plan.overhead.adaptive, sampleRatio);
+            const double overhead = plan.overhead.timeOf(kAdaptiveTime) / kAdaptiveTime - 1;
+            const Verdict adaptive = decideSharing(pilots, light, overhead, sampleRatio);
             // The promise is looked for only if it matters: that takes as long as a block.
             if (adaptive.parts == verdict.parts ||
-                promisesSamplePlan(pairs, samples, {LightParts::all(), {}, {}, {}}))
+                promisesSamplePlan(pairs, samples, {LightParts::all(), plan.overhead, {}, {}}))
                 verdict = adaptive;
         }
     } while (!chosen && pilots.size() < 2 * size.count && (missesNoise || !verdict.isCertain));

@@ -8,10 +8,13 @@
 
 namespace strobe {
 
-/// An estimate of the time for recording and reconstruction relative to that of the render.
+/// An estimate of the time of sharing, relative to that of a render that shares nothing and has the same
+/// number of samples in all pixels.
 struct SharingOverhead {
-    double uniform = 0;  ///< if all pixels have the same number of samples
-    double adaptive = 0; ///< if their numbers differ (planSamples), which is less
+    double ofSamples = 0; ///< recording: grows with the number of samples
+    double ofPixels = 0;  ///< reconstruction
+    /// Returns the time of a render that shares, in the same unit. `samples`: the time of its samples.
+    double timeOf(double samples) const { return samples * (1 + ofSamples) + ofPixels; }
 };
 
 /// How the light of a render is shared.
