@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <fstream>
 #include <map>
+#include <numeric>
 #include <unistd.h>
 
 namespace strobe {
@@ -123,18 +124,32 @@ TEST(SamplePlan, BackgroundsAddALimitedTime) {
     }
 }
 
-/// The noise of the pilot does not look like a gain.
-TEST(SamplePlan, EvenNoiseHasEqualSamples) {
+/// Returns the numbers of samples of the pixels of a floor with even noise.
+std::vector<float> samplesOfEvenNoise(int samples) {
     const StripedMap map;
-    for (const int samples : {2, 4, 16}) {
-        const std::string world = "LightSource \"infinite\" " + map.parameter() + R"(
+    const std::string world = "LightSource \"infinite\" " + map.parameter() + R"(
 Material "matte"
 Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-9 -9 5  9 -9 5  9 9 5  -9 9 5]
 )";
-        const BuiltScene built = buildScene("adaptive-cache", test::frontView(samples, world));
-        const Film film = renderFilm(built, settingsFor(built));
-        for (const float count : film.plane(Aov::Samples))
+    const BuiltScene built = buildScene("adaptive-cache", test::frontView(samples, world));
+    return renderFilm(built, settingsFor(built)).plane(Aov::Samples);
+}
+
+/// The noise of the pilot does not look like a gain.
+TEST(SamplePlan, EvenNoiseHasEqualSamples) {
+    for (const int samples : {8, 16})
+        for (const float count : samplesOfEvenNoise(samples))
             ASSERT_EQ(count, samples);
+}
+
+/// With few samples, sharing takes longer than they do, so that more of them are worth their time: at most
+/// three times as many.
+TEST(SamplePlan, FewSamplesBecomeMoreWhereSharingTakesLong) {
+    for (const int samples : {2, 4}) {
+        const std::vector<float> counts = samplesOfEvenNoise(samples);
+        const float mean = std::accumulate(counts.begin(), counts.end(), 0.f) / float(counts.size());
+        EXPECT_GE(mean, 1.5f * float(samples));
+        EXPECT_LE(mean, 3 * float(samples));
     }
 }
 
