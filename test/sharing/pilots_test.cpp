@@ -275,6 +275,26 @@ TEST(SamplePlan, NoiseOfIndirectLightAloneMakesNoPlan) {
     EXPECT_FALSE(planSamples(pairs, kSamples, SharingPlan()).has_value());
 }
 
+/// Sharing leaves more noise of indirect light where it has rare bright samples: it is clipped like the light
+/// whose noise a plan lowers.
+TEST(PairPilot, IndirectLightIsClippedToTheSamplesOfAPixel) {
+    std::string bright = kWall;
+    bright.replace(bright.find("[1 1 1]"), 7, "[9 9 9]");
+    const BuiltScene built = test::build(test::frontView(4, bright, "path"));
+    const RenderContext context = contextOf(built);
+    const auto noiseWith = [&](int samples) {
+        PairPilot pairs(*built.scene, context, samples);
+        pairs.renderFirst();
+        double sum = 0, count = 0;
+        for (size_t i = 0; i < pairs.blocks().factors().size(); ++i) {
+            sum += double(pairs.noise(0, i).direct.other + pairs.noise(1, i).direct.other);
+            count += double(pairs.pairs(i));
+        }
+        return sum / count;
+    };
+    EXPECT_GT(noiseWith(8), 1.5 * noiseWith(1));
+}
+
 /// Where the reconstruction takes long, more samples pay: its time does not grow with them.
 TEST(SamplePlan, CountsTheTimeOfSharing) {
     constexpr int kSamples = 16, kBars = 14;

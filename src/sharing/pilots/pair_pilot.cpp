@@ -24,12 +24,13 @@ float varianceOf(const Rgb& a, const Rgb& b) {
     return (d.x * d.x + d.y * d.y + d.z * d.z) / 6;
 }
 
-/// Adds the variance of some light of two samples. `limit`: to which it is clipped.
-void addVariance(const Rgb* radiance, const Rgb* light, float limit, BlockNoise::Light& out) {
+/// Adds the variance of some light of two samples, and that of all other light. `limit`: to which the light
+/// is clipped.
+void addVariance(const Rgb* light, const Rgb* other, float limit, BlockNoise::Light& out) {
     out.variance += varianceOf(clipped(light[0], limit), clipped(light[1], limit));
     out.raw += varianceOf(light[0], light[1]);
     out.clipped += varianceOf(clipped(light[0], 1), clipped(light[1], 1));
-    out.other += varianceOf(clipped(radiance[0] - light[0], 1), clipped(radiance[1] - light[1], 1));
+    out.other += varianceOf(other[0], other[1]);
 }
 
 /// Adds a pair of samples. `limit`: see addVariance.
@@ -37,17 +38,20 @@ void addPair(const Rgb* radiance, const FirstVertex* vertices, float limit, Bloc
     const Rgb sum = radiance[0] + radiance[1];
     if (!std::isfinite(sum.x + sum.y + sum.z))
         return; // invalid samples: the film leaves them out, too
-    Rgb vertex[kPair], direct[kPair];
+    const Rgb none[kPair] = {Rgb(0), Rgb(0)};
+    Rgb vertex[kPair], direct[kPair], emitted[kPair], notDirect[kPair];
     for (int k = 0; k < kPair; ++k) {
         vertex[k] = radiance[k] - vertices[k].emitted;
         direct[k] = vertex[k] - vertices[k].indirect;
+        emitted[k] = clipped(vertices[k].emitted, 1); // lamps are left to EmissionRefinement
+        notDirect[k] = emitted[k] + clipped(vertices[k].indirect, limit);
         const Rgb c = clipped(radiance[k], 1);
         noise.radiance += (c.x + c.y + c.z) / 3;
         noise.vertices += bool(vertices[k].hit);
     }
-    addVariance(radiance, radiance, limit, noise.all);
-    addVariance(radiance, vertex, limit, noise.vertex);
-    addVariance(radiance, direct, limit, noise.direct);
+    addVariance(radiance, none, limit, noise.all);
+    addVariance(vertex, emitted, limit, noise.vertex);
+    addVariance(direct, notDirect, limit, noise.direct);
     ++noise.pairs;
 }
 

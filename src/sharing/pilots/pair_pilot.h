@@ -25,7 +25,7 @@ struct BlockNoise {
         float variance = 0; ///< clipped to the number of samples of a pixel
         float raw = 0;      ///< not clipped
         float clipped = 0;  ///< clipped to 1
-        float other = 0;    ///< of all other light, clipped to 1
+        float other = 0;    ///< of all other light: emission clipped to 1, indirect light like `variance`
     };
     Light all;
     Light vertex; ///< all but the emission that camera rays hit
