@@ -57,9 +57,9 @@ class DensityBins {
         return costs.time <= kMaxTime && costs.rawProduct <= 1 ? costs.product : INFINITY;
     }
     /// Returns the expected product of error and time with the factors of a step, relative to that with
-    /// factors of 1: the geometric mean over the modes. Returns infinity if the time is more than kMaxTime
-    /// times that of factors of 1, or if the product grows for radiance that is not clipped: if rare bright
-    /// samples are elsewhere.
+    /// factors of 1: the geometric mean over the modes. Returns infinity if the samples take more than
+    /// kMaxTime times as long as with factors of 1, or if the product grows for radiance that is not clipped:
+    /// if rare bright samples are elsewhere.
     double productFor(int step) const {
         const RelativeCosts crossed = costsFor(step, m_bins[kCrossed]),
                             inSample = costsFor(step, m_bins[kInSample]);
