@@ -9,6 +9,10 @@ namespace {
 /// The time of a sample whose path has no first vertex, in units of a ray.
 constexpr float kMissTime = 0.3f;
 
+/// Densities grow with this power of the error: the mean of 1/2, which gives the least squared error, and
+/// 1/3, which gives the least sum of its roots.
+constexpr float kErrorPower = 5.f / 12;
+
 /// Returns the cost of a block that has the samples of both `a` and `b`. `rays`: of a sample with a first
 /// vertex.
 Costs costOf(const BlockNoise& a, const BlockNoise& b, float rays, const PlannedLight& planned) {
@@ -72,7 +76,8 @@ BlockCost PilotCosts::meanOf(const Sets& sums, int k) {
         mean.time = scale * sums.times[k];
     }
     if (mean.errors[kPlanned] > 0)
-        mean.logDensity = std::log2(mean.errors[kPlanned] / mean.time) / 2;
+        mean.logDensity =
+            kErrorPower * std::log2(mean.errors[kPlanned]) - (1 - kErrorPower) * std::log2(mean.time);
     return mean;
 }
 

@@ -30,7 +30,7 @@ struct Costs {
 
 /// The costs of a block and its neighbors, with its density.
 struct BlockCost : Costs {
-    /// The binary logarithm of the density of samples, the root of the error over the time (Neyman
+    /// The binary logarithm of the density of samples, a power of the error over one of the time (Neyman
     /// allocation); -infinity without an error.
     float logDensity = -INFINITY;
 };

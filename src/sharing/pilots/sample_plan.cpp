@@ -10,7 +10,7 @@ namespace strobe {
 namespace {
 
 constexpr int kMaxExponent = 4; ///< of the factors, which are powers of two
-/// The least gain that is worth it. Small gains are those of squared errors only: structural errors grow.
+/// The least gain in squared errors that is worth it.
 constexpr double kMinGain = 1.3;
 /// The largest time of the samples relative to that with factors of 1.
 constexpr double kMaxTime = 3;
@@ -18,6 +18,19 @@ constexpr double kMaxTime = 3;
 /// Returns the power of two next to a factor, given its binary logarithm.
 uint8_t roundedFactor(double exponent) {
     return uint8_t(1u << int(std::clamp(exponent, 0., double(kMaxExponent)) + 0.5));
+}
+
+/// Expected products of error and time, relative to those without a plan.
+struct Products {
+    double errors = INFINITY;
+    /// The error is the squared sum of the roots of the errors of blocks, with samples clipped to 1. In it,
+    /// blocks count more alike than in the sum of the errors, as in structural errors.
+    double roots = INFINITY;
+    double mean() const { return std::sqrt(errors * roots); }
+};
+
+Products meanOf(const Products& a, const Products& b) {
+    return {std::sqrt(a.errors * b.errors), std::sqrt(a.roots * b.roots)};
 }
 
 /// The costs of all blocks in bins of their density. At a step, a block of the largest density, rounded up to
@@ -50,22 +63,21 @@ class DensityBins {
     bool isEmpty() const { return m_largest == -INFINITY; }
     /// Returns the binary logarithm of the scale of the densities at a step.
     double logScaleOf(int step) const { return (double(step) - double(m_largest)) / kSteps; }
-    /// Returns the product of error and time with the factors of a step, relative to that with factors of 1,
-    /// by the mode in which gains are too small.
+    /// Returns the product of squared error and time with the factors of a step, relative to that with
+    /// factors of 1, by the mode in which gains are too small.
     double crossedProductFor(int step) const {
         const RelativeCosts costs = costsFor(step, m_bins[kCrossed]);
-        return costs.time <= kMaxTime && costs.rawProduct <= 1 ? costs.product : INFINITY;
+        return costs.time <= kMaxTime && costs.rawProduct <= 1 ? costs.products.errors : INFINITY;
     }
-    /// Returns the expected product of error and time with the factors of a step, relative to that with
-    /// factors of 1: the geometric mean over the modes. Returns infinity if the samples take more than
-    /// kMaxTime times as long as with factors of 1, or if the product grows for radiance that is not clipped:
-    /// if rare bright samples are elsewhere.
-    double productFor(int step) const {
+    /// Returns the products with the factors of a step: the geometric means over the modes. They are infinite
+    /// if the samples take more than kMaxTime times as long as with factors of 1, or if the product grows for
+    /// radiance that is not clipped: if rare bright samples are elsewhere.
+    Products productsFor(int step) const {
         const RelativeCosts crossed = costsFor(step, m_bins[kCrossed]),
                             inSample = costsFor(step, m_bins[kInSample]);
         const bool isAllowed = std::max(crossed.time, inSample.time) <= kMaxTime &&
                                crossed.rawProduct * inSample.rawProduct <= 1;
-        return isAllowed ? std::sqrt(crossed.product * inSample.product) : INFINITY;
+        return isAllowed ? meanOf(crossed.products, inSample.products) : Products();
     }
 
   private:
@@ -84,40 +96,53 @@ class DensityBins {
     struct Bin {
         double errors[4] = {}; ///< by ErrorLane
         double time = 0;
+        double roots[kMaxExponent + 1] = {}; ///< of the errors, by the exponent of the factor
         void add(const Float4& ofBlock, float timeOfBlock) {
             for (int lane = 0; lane < 4; ++lane)
                 errors[lane] += double(ofBlock[lane]);
             time += double(timeOfBlock);
+            float planned = ofBlock[kClippedPlanned];
+            for (int i = 0; i <= kMaxExponent; ++i, planned /= 2)
+                roots[i] += double(std::sqrt(planned + ofBlock[kOther]));
         }
         void add(const Bin& other) {
             for (int lane = 0; lane < 4; ++lane)
                 errors[lane] += other.errors[lane];
             time += other.time;
+            for (int i = 0; i <= kMaxExponent; ++i)
+                roots[i] += other.roots[i];
         }
     };
     using Bins = Bin[kBins];
 
     /// Costs relative to those with factors of 1.
     struct RelativeCosts {
-        double time;       ///< of the samples
-        double product;    ///< of the error and the time of the render
-        double rawProduct; ///< of radiance that is not clipped
+        double time; ///< of the samples
+        Products products;
+        double rawProduct; ///< of the squared error of radiance that is not clipped, and time
     };
     RelativeCosts costsFor(int step, const Bins& bins) const {
-        double error = 0, rawError = 0, time = 0, mostError = 0, mostRawError = 0, leastTime = 0;
+        double error = 0, rawError = 0, roots = 0, time = 0;
+        double mostError = 0, mostRawError = 0, mostRoots = 0, leastTime = 0;
         for (int i = 0; i < kBins; ++i) {
             const Bin& bin = bins[i];
-            const double factor = 1 << exponentOf(i, step), other = bin.errors[kOther];
+            const int exponent = exponentOf(i, step);
+            const double factor = 1 << exponent, other = bin.errors[kOther];
             error += bin.errors[kPlanned] / factor + other;
             rawError += bin.errors[kRawPlanned] / factor + other;
+            roots += bin.roots[exponent];
             time += bin.time * factor;
             mostError += bin.errors[kPlanned] + other;
             mostRawError += bin.errors[kRawPlanned] + other;
+            mostRoots += bin.roots[0];
             leastTime += bin.time;
         }
         const double ofSamples = time / leastTime,
                      ofRender = m_overhead.timeOf(ofSamples) / m_overhead.timeOf(1);
-        return {ofSamples, ofRender * error / mostError, ofRender * rawError / mostRawError};
+        const double rootRatio = mostRoots > 0 ? roots / mostRoots : 1;
+        return {ofSamples,
+                {ofRender * error / mostError, ofRender * sqr(rootRatio)},
+                ofRender * rawError / mostRawError};
     }
     static size_t absoluteBinOf(float logDensity) {
         const float bin = std::floor(kSteps * (logDensity + 0.5f));
@@ -132,74 +157,40 @@ class DensityBins {
     float m_largest; ///< binary logarithm of the largest density, in steps, rounded up
 };
 
-/// The gain in the squared sum of the roots of the errors times the time. In it, blocks count more alike than
-/// in the sum of the errors, as in structural errors. Samples are clipped to 1.
-class RootGain {
-  public:
-    /// Adds a block. `errors`: by ErrorLane.
-    void add(const Float4& errors, float time, double factor) {
-        const double planned = double(errors[kClippedPlanned]), other = double(errors[kOther]);
-        m_roots += std::sqrt(planned + other);
-        m_plannedRoots += std::sqrt(planned / factor + other);
-        m_time += double(time);
-        m_plannedTime += double(time) * factor;
-    }
-    double gain(const SharingOverhead& overhead) const {
-        return m_plannedRoots > 0 ? sqr(m_roots / m_plannedRoots) * overhead.timeOf(1) /
-                                        overhead.timeOf(m_plannedTime / m_time)
-                                  : 0;
-    }
-
-  private:
-    double m_roots = 0, m_plannedRoots = 0, m_time = 0, m_plannedTime = 0;
-};
-
 /// Returns the factor of a block for a scale of the densities, given its binary logarithm.
 uint8_t factorOf(const BlockCost& block, double logScale) {
     return roundedFactor(logScale + double(block.logDensity));
 }
 
-/// Returns the expected gain in the squared sum of the roots of the errors, as in DensityBins.
-double rootGainOf(const PilotCosts& costs, const SharingOverhead& overhead, double logScale) {
-    RootGain inSample, crossed;
-    costs.forEachBlock([&](size_t, const PilotCosts::OfBlock& block) {
-        const BlockCost& whole = block[PilotCosts::kWhole];
-        inSample.add(whole.errors, whole.time, factorOf(whole, logScale));
-        for (int half = 0; half < kHalves; ++half)
-            crossed.add(block[1 - half].errors, whole.time, factorOf(block[half], logScale));
-    });
-    return std::sqrt(inSample.gain(overhead) * crossed.gain(overhead));
-}
-
-/// Returns the binary logarithm of the scale of the densities that leaves about the least product of error
-/// and time; none, if that is expected to gain less than kMinGain. The roots of the errors must gain, too,
-/// where nothing is shared or half of the pairs do not promise kMinGain. Where light is shared, half of the
-/// pairs must promise a gain, too: the noise of all of them looks like one.
+/// Returns the binary logarithm of the scale of the densities that leaves about the least mean product; none,
+/// if squared errors are expected to gain less than kMinGain. The roots of the errors must gain, too, where
+/// nothing is shared or half of the pairs do not promise kMinGain. Where light is shared, half of the pairs
+/// must promise a gain, too: the noise of all of them looks like one.
 std::optional<double> findLogScale(const PilotCosts& costs, const SharingPlan& sharing) {
     // Structural errors grow if few bright blocks have all of the gain (measured).
     constexpr double kNearlyLeast = 1.03, kMinRootGain = 1.1, kMinCrossedGain = 1.15;
     const DensityBins bins(costs, sharing.overhead);
     if (bins.isEmpty())
         return {};
-    std::vector<double> products; // by step
-    double leastCrossed = INFINITY;
+    std::vector<Products> products; // by step
+    double least = INFINITY, leastCrossed = INFINITY;
     for (int step = 0; step < DensityBins::kStepCount; ++step) {
-        products.push_back(bins.productFor(step));
+        products.push_back(bins.productsFor(step));
+        least = std::min(least, products.back().mean());
         leastCrossed = std::min(leastCrossed, bins.crossedProductFor(step));
     }
-    const double least = *std::min_element(products.begin(), products.end());
-    if (least * kMinGain > 1)
+    const auto chosen = std::find_if(products.begin(), products.end(), [&](const Products& product) {
+        return product.mean() <= kNearlyLeast * least;
+    });
+    if (chosen->errors * kMinGain > 1)
         return {};
-    const auto chosen = std::find_if(products.begin(), products.end(),
-                                     [&](double product) { return product <= kNearlyLeast * least; });
-    const double logScale = bins.logScaleOf(int(chosen - products.begin()));
     const bool isShared = !sharing.parts.isEmpty();
     if (isShared && leastCrossed * kMinCrossedGain > 1)
         return {};
     const bool isCertain = isShared && leastCrossed * kMinGain <= 1;
-    if (!isCertain && rootGainOf(costs, sharing.overhead, logScale) < kMinRootGain)
+    if (!isCertain && chosen->roots * kMinRootGain > 1)
         return {};
-    return logScale;
+    return bins.logScaleOf(int(chosen - products.begin()));
 }
 
 /// The noisy blocks in which no camera ray of the pilot hits anything, and their time.

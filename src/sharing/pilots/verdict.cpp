@@ -58,6 +58,10 @@ Verdict decideSharing(std::span<const BlockPilot> pilots, const PilotedLight& li
                                gainOfRoots(kSharesIndirect, kSharesBoth).exceeds(-kLossOfDirect);
         best = hasDirect ? kSharesBoth : kSharesIndirect;
     }
+    // The pairs of all blocks limit what sharing indirect light can gain. They are few: a factor of two.
+    constexpr double kPairsMiss = 2;
+    if (best == kSharesIndirect && kPairsMiss * light.gainWithoutIndirect < times[best])
+        return {{}, true};
     const BlockSum roots = gainOfRoots(0, best);
     if (isLikely) {
         const bool isShared = roots.exceeds(-kLossOfIndirect);
