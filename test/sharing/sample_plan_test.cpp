@@ -137,7 +137,7 @@ Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-9 -9 5  9 -9 5
 
 /// The noise of the pilot does not look like a gain.
 TEST(SamplePlan, EvenNoiseHasEqualSamples) {
-    for (const int samples : {8, 16})
+    for (const int samples : {16, 32})
         for (const float count : samplesOfEvenNoise(samples))
             ASSERT_EQ(count, samples);
 }
@@ -145,7 +145,7 @@ TEST(SamplePlan, EvenNoiseHasEqualSamples) {
 /// With few samples, sharing takes longer than they do, so that more of them are worth their time: at most
 /// three times as many.
 TEST(SamplePlan, FewSamplesBecomeMoreWhereSharingTakesLong) {
-    for (const int samples : {2, 4}) {
+    for (const int samples : {2, 4, 8}) {
         const std::vector<float> counts = samplesOfEvenNoise(samples);
         const float mean = std::accumulate(counts.begin(), counts.end(), 0.f) / float(counts.size());
         EXPECT_GE(mean, 1.5f * float(samples));
