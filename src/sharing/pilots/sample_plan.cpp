@@ -23,8 +23,8 @@ uint8_t roundedFactor(double exponent) {
 using ErrorsLeft = std::array<float, kMaxExponent + 1>;
 
 ErrorsLeft errorsLeft(double samplesPerPixel, bool isShared) {
-    // Estimates from few samples are worse: the errors of shared light fall faster than in proportion to the
-    // samples. Measured: from 4 to 16 samples, 1.3 to 2 times as far. This constant says 1.3 times.
+    // Estimates from few samples are worse, so that the errors of shared light fall faster than in proportion
+    // to the samples. Over 34 scenes with 4 and 16 samples, 0 gains less than 2, and 4 as much.
     constexpr double kFewSamples = 2;
     const double few = isShared ? kFewSamples / samplesPerPixel : 0;
     ErrorsLeft out;
@@ -37,9 +37,9 @@ ErrorsLeft errorsLeft(double samplesPerPixel, bool isShared) {
 
 /// Expected products of error and time, relative to those without a plan.
 struct Products {
-    double errors = INFINITY;
-    /// The error is the squared sum of the roots of the errors of blocks, with samples clipped to 1. In it,
-    /// blocks count more alike than in the sum of the errors, as in structural errors.
+    double errors = INFINITY; ///< of the squared error
+    /// Of the squared sum of the roots of the errors of blocks, with samples clipped to 1. In it, blocks
+    /// count more alike than in the sum of the errors, as in structural errors.
     double roots = INFINITY;
     double mean() const { return std::sqrt(errors * roots); }
 };

@@ -11,9 +11,10 @@ namespace strobe {
 /// Returns the factors of the numbers of samples, by blocks of pixels; none, if all are 1. The factors are
 /// powers of two from 1 on.
 ///
-/// - They minimize the product of error and time (Neyman allocation), or are 1 if that gains little. The time
-///   of the samples grows by a factor of three at most. The variances of blocks, relative to their radiance,
-///   are those of all but shared indirect light.
+/// - They leave about the least product of error and time (Neyman allocation), or are 1 if that gains little.
+///   It is the geometric mean for the squared error and for the squared sum of the roots of the errors of
+///   blocks. The time of the samples grows by a factor of three at most. The variances of blocks, relative to
+///   their radiance, are those of all but shared indirect light.
 /// - Backgrounds, which cannot gain by sharing, have at least the factor by which the time of the render
 ///   grows: they are not worse than those of a render of the same time that does not share. They add at most
 ///   half of its time.
