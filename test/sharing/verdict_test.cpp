@@ -86,17 +86,6 @@ TEST(Verdict, DirectLightAloneMustGainInTheErrorsToo) {
     EXPECT_EQ(decide(directBlocks(10, 0.3, 4, 4.5), {kDirect, 1}).parts, kDirect);
 }
 
-/// Sharing indirect light takes 2.8 times as long. The blocks gain 5 times, all pairs 1.7 or 2 times.
-TEST(Verdict, PairsLimitWhatIndirectLightAloneCanGain) {
-    const std::vector<BlockPilot> blocks(5, blockWith(0.2, 0.22));
-    const auto decideWith = [&](double gain) {
-        return decideSharing(blocks, {LightParts::all(), gain}, 2, 1);
-    };
-    EXPECT_EQ(decideWith(1.7).parts, kNone);
-    EXPECT_TRUE(decideWith(1.7).isCertain);
-    EXPECT_EQ(decideWith(2).parts, kIndirect);
-}
-
 TEST(Verdict, RendersOfManySamplesNeedMoreGain) {
     const std::vector<BlockPilot> blocks(5, blockWith(1, 0.25, 0.3, 0.25));
     const auto decideWith = [&](const PilotedLight& light, double sampleRatio) {

@@ -58,10 +58,6 @@ Verdict decideSharing(std::span<const BlockPilot> pilots, const PilotedLight& li
                                gainOfRoots(kSharesIndirect, kSharesBoth).exceeds(-kLossOfDirect);
         best = hasDirect ? kSharesBoth : kSharesIndirect;
     }
-    // The pairs of all blocks limit what sharing indirect light can gain. They are few: a factor of 1.5.
-    constexpr double kPairsMiss = 1.5;
-    if (best == kSharesIndirect && kPairsMiss * light.gainWithoutIndirect < times[best])
-        return {{}, true};
     const BlockSum roots = gainOfRoots(0, best);
     if (isLikely) {
         const bool isShared = roots.exceeds(-kLossOfIndirect);

@@ -25,7 +25,6 @@ struct PilotedLight {
 ///
 /// - Indirect light with at least a sixth of the noise gains in nearly every scene that was measured. It is
 ///   shared unless the blocks lose by more than two standard errors.
-/// - Indirect light alone is not shared if its time is more than 1.5 times the gain that the pairs allow.
 /// - Other light gains in about half of the renders. It is shared if the blocks gain by more than one
 ///   standard error, and if the sum of their errors, without roots, gains by more than half of one.
 /// - Direct light is shared beside indirect light unless the blocks lose by more than half of a standard
