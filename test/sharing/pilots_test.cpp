@@ -11,6 +11,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <map>
 
 namespace strobe {
@@ -240,6 +241,30 @@ TEST(SharingPlan, RendersOfManySamplesShareLess) {
     };
     EXPECT_TRUE(sharesWith(64));
     EXPECT_FALSE(sharesWith(1 << 20));
+}
+
+/// The wall of kScene has no noise without the bar.
+TEST(SharingPlan, BlocksAreRenderedOnlyIfSharingMayGain) {
+    const auto blockRenderers = [](const std::string& scene, const std::optional<LightParts>& chosen = {}) {
+        const BuiltScene built = test::build(scene);
+        RenderContext context = contextOf(built);
+        PairPilot pairs(*built.scene, context, 4);
+        pairs.renderFirst();
+        std::atomic<int> count = 0;
+        const auto make = context.makePilotRenderer;
+        context.makePilotRenderer = [&](IntegratorState& state, int samplesPerPixel) {
+            ++count;
+            return make(state, samplesPerPixel);
+        };
+        planSharing(*built.scene, context, pairs, 3, chosen, false);
+        return int(count);
+    };
+    const std::string noisy = kScene,
+                      even = noisy.substr(0, noisy.find("Material \"matte\" \"rgb Kd\" [0 0 0]"));
+    EXPECT_EQ(blockRenderers(even), 0);
+    EXPECT_GT(blockRenderers(even, LightParts::all()), 0);
+    EXPECT_GT(blockRenderers(noisy), 0);
+    EXPECT_EQ(blockRenderers(noisy, LightParts()), 0);
 }
 
 /// Where a pixel has several cells, sharing takes longer.

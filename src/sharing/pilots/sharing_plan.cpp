@@ -115,6 +115,14 @@ EmissionPilot meanEmission(std::span<const BlockPilot> pilots, double errorScale
     return mean;
 }
 
+/// Returns the plan of a render that shares nothing.
+SharingPlan planWithoutSharing(const PairPilot& pairs) {
+    SharingPlan plan;
+    if (pairs.seesLamps())
+        plan.emission = pairs.emission();
+    return plan;
+}
+
 } // namespace
 
 SharingPlan planSharing(const Scene& scene, const RenderContext& context, const PairPilot& pairs,
@@ -129,6 +137,9 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
     // Up to twice the samples of the blocks, the constants of the verdict include that renders gain less.
     const double sampleRatio = std::min(1., 2 * size.samples / samples);
     const BlockChooser chooser(pairs);
+    const bool mayShare = chosen ? !chosen->isEmpty() : chooser.meanNoise() > 0;
+    if (!mayShare)
+        return planWithoutSharing(pairs);
     const PilotedLight light{pairs.brightness().litParts(), chooser.gainWithoutIndirect()};
     BlockRenderer renderer(scene, context, size.samples, cellSize, light.lit);
     std::vector<BlockPilot> pilots;
@@ -152,14 +163,10 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
     if (missesNoise && light.lit.has(LightPart::Indirect))
         verdict.parts.add(LightPart::Indirect);
     plan.parts = chosen.value_or(verdict.parts);
-    if (!plan.parts.isEmpty()) {
-        plan.rareLimits = pairs.brightness().limits(std::min(kMaxRare, 1 / samples));
-        plan.emission = meanEmission(pilots, size.samples / samples);
-    } else {
-        plan.overhead = {};
-        if (pairs.seesLamps())
-            plan.emission = pairs.emission();
-    }
+    if (plan.parts.isEmpty())
+        return planWithoutSharing(pairs);
+    plan.rareLimits = pairs.brightness().limits(std::min(kMaxRare, 1 / samples));
+    plan.emission = meanEmission(pilots, size.samples / samples);
     return plan;
 }
 
