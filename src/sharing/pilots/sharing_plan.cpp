@@ -137,8 +137,7 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
     // Up to twice the samples of the blocks, the constants of the verdict include that renders gain less.
     const double sampleRatio = std::min(1., 2 * size.samples / samples);
     const BlockChooser chooser(pairs);
-    const bool mayShare = chosen ? !chosen->isEmpty() : chooser.meanNoise() > 0;
-    if (!mayShare)
+    if (!chosen && chooser.meanNoise() == 0)
         return planWithoutSharing(pairs);
     const PilotedLight light{pairs.brightness().litParts(), chooser.gainWithoutIndirect()};
     BlockRenderer renderer(scene, context, size.samples, cellSize, light.lit);

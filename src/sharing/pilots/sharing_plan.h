@@ -27,9 +27,9 @@ struct SharingPlan {
 
 /// Renders blocks of pixels, usually less than 1 % of the samples, and reconstructs their light. Their errors
 /// decide which parts are shared (decideSharing). Blocks with more noise in `pairs` are chosen with a larger
-/// probability (BlockChooser). No block is rendered where none of the pairs has noise. `chosen`: the parts to
-/// share in any case. `adaptsSamples`: planSamples follows. At least 2 samples per pixel. The result does not
-/// depend on the seed, on slices of the samples or on measured times.
+/// probability (BlockChooser). No block is rendered where no pair has noise, unless `chosen` is set: the
+/// parts to share in any case. `adaptsSamples`: planSamples follows. At least 2 samples per pixel. The result
+/// does not depend on the seed, on slices of the samples or on measured times.
 SharingPlan planSharing(const Scene& scene, const RenderContext& context, const PairPilot& pairs,
                         float cellSize, const std::optional<LightParts>& chosen, bool adaptsSamples);
 
