@@ -21,6 +21,8 @@ struct Settings {
     std::vector<std::string> integratorDefines;
     std::vector<int> resolution = {200, 150}, samples = {1, 4, 16, 64, 256}, seeds = {64};
     int referenceSamples = 2048;
+    bool hasEqualTime =
+        false; ///< supersample takes the time of the integrator, instead of its number of samples
 };
 
 /// The errors of an image. Each is the mean over pixels and channels.
@@ -252,25 +254,80 @@ double worseTiles(const Results& base, const Results& other, double timeRatio) {
     return double(count) / double(tiles);
 }
 
+/// Returns the errors between those of two results of one seed, at a fraction of the logarithm of their
+/// times: a power law. The noise of the references can make errors negative: then, and for tiles, between the
+/// errors in the same way as between the mean errors.
+Errors errorsBetween(const Errors& fewer, const Errors& more, double fraction,
+                     const std::array<double, kErrors>& weightOfMore) {
+    Errors out = fewer;
+    for (size_t k = 0; k < kErrors; ++k) {
+        const double a = fewer.of[k], b = more.of[k];
+        out.of[k] = a > 0 && b > 0 ? a * std::pow(b / a, fraction) : a + weightOfMore[k] * (b - a);
+    }
+    for (size_t tile = 0; tile < out.tiles.size(); ++tile)
+        out.tiles[tile] += weightOfMore[size_t(Error::Clipped)] * (more.tiles[tile] - fewer.tiles[tile]);
+    return out;
+}
+
+/// Returns the results of an integrator in the time of another one, given those with fewer and with more
+/// samples.
+Results resultsInTimeOf(const Results& other, const Results& fewer, const Results& more) {
+    const double time = median(other.seconds) / median(fewer.seconds);
+    const double fraction = std::log(time) / std::log(median(more.seconds) / median(fewer.seconds));
+    std::array<double, kErrors> weightOfMore{};
+    for (int k = 0; k < kErrors; ++k) {
+        const double a = fewer.meanError(k), b = more.meanError(k);
+        weightOfMore[size_t(k)] = a > b && b > 0 ? (1 - std::pow(b / a, fraction)) / (1 - b / a) : fraction;
+    }
+    Results out;
+    for (size_t seed = 0; seed < fewer.errors.size(); ++seed) {
+        out.errors.push_back(errorsBetween(fewer.errors[seed], more.errors[seed], fraction, weightOfMore));
+        out.seconds.push_back(fewer.seconds[seed] * time);
+    }
+    return out;
+}
+
+/// Returns the time of `other` relative to that of `base`.
+double timeRatioOf(const BuiltScene& base, const BuiltScene& other, int samples) {
+    constexpr uint64_t kRenders = 3;
+    std::vector<double> ratios;
+    for (uint64_t i = 0; i < kRenders; ++i) {
+        double ofBase, ofOther;
+        renderOnce(base, samples, hashOf(3, i), ofBase);
+        renderOnce(other, samples, hashOf(3, i), ofOther);
+        ratios.push_back(ofOther / ofBase);
+    }
+    return median(ratios);
+}
+
 void compare(const Settings& settings, const BuiltScene& base, const BuiltScene& other,
              const Reference& reference, size_t index) {
     const int samples = settings.samples[index];
     const int seeds = settings.seeds[std::min(index, settings.seeds.size() - 1)];
-    Results a, b;
+    const double timeOfSame = settings.hasEqualTime ? timeRatioOf(base, other, samples) : 1;
+    const double fewer = std::exp2(std::floor(std::log2(timeOfSame)));
+    const int baseSamples = std::max(int(fewer * samples), 1);
+    Results a, b, more;
     std::string note;
     std::vector<double> totals;
-    for (int seed = 0; seed < seeds; ++seed) {
+    const auto add = [&](const BuiltScene& scene, int count, uint64_t seed, Results& out) {
         double seconds = 0;
-        a.errors.push_back(errorsOf(renderOnce(base, samples, uint64_t(seed), seconds), reference));
-        a.seconds.push_back(seconds);
-        b.errors.push_back(errorsOf(renderOnce(other, samples, uint64_t(seed), seconds, &note), reference));
-        b.seconds.push_back(seconds);
+        out.errors.push_back(errorsOf(renderOnce(scene, count, seed, seconds, &note), reference));
+        out.seconds.push_back(seconds);
+    };
+    for (uint64_t seed = 0; seed < uint64_t(seeds); ++seed) {
+        add(base, baseSamples, seed, a);
+        if (settings.hasEqualTime)
+            add(base, 2 * baseSamples, seed, more);
+        add(other, samples, seed, b);
         totals.push_back(b.errors.back().total / a.errors.back().total - 1);
     }
+    if (settings.hasEqualTime)
+        a = resultsInTimeOf(b, a, more);
     const double timeRatio = median(b.seconds) / median(a.seconds);
     const Moments total(totals);
     fmt::print("{},{},{},{},{:.5f},{:.4f}", settings.scene.stem().string(), settings.build.shading, samples,
-               seeds, median(a.seconds), timeRatio);
+               seeds, median(a.seconds), settings.hasEqualTime ? timeOfSame : timeRatio);
     const auto printGains = [&](int first, int end) {
         for (int k = first; k < end; ++k) {
             const Gain gain = gainOf(a, b, k, timeRatio);
@@ -318,7 +375,9 @@ int main(int argc, char** argv) {
         "inverse for the error clipped to 1, raw, relative and structural; fraction of tiles that "
         "are worse, and of those that are worse without regard to time; relative difference of "
         "the sum of the image and its standard error; both clipped errors; gains and upper bounds for "
-        "the errors of means over blocks of 4x4 and 16x16 pixels, clipped; note of the integrator");
+        "the errors of means over blocks of 4x4 and 16x16 pixels, clipped; samples of supersample; time "
+        "ratio with the same "
+        "number of samples; note of the integrator");
     app.add_option("scene", settings.scene, "scene file")->required()->check(CLI::ExistingFile);
     app.add_option("--integrator", settings.integrator);
     app.add_option("--shading", settings.build.shading);
@@ -330,6 +389,10 @@ int main(int argc, char** argv) {
     app.add_option("--seeds", settings.seeds, "numbers of seeds, by number of samples; the last is repeated")
         ->delimiter(',');
     app.add_option("--reference-spp", settings.referenceSamples, "samples of each of the two references");
+    app.add_flag(
+        "--equal-time", settings.hasEqualTime,
+        "compares with supersample in the same time: with errors between those with more and with fewer "
+        "samples");
     CLI11_PARSE(app, argc, argv);
     return strobe::bench::guarded([&] { return strobe::bench::run(settings); });
 }
