@@ -59,7 +59,7 @@ class RatioTest(unittest.TestCase):
         image = lambda noise: 0.5 + noise * random.standard_normal((80, 80, 3))
         references = paired.References(*(image(0.02) for _ in range(3)))
         costs = lambda noise, seconds: [references.mean_squares(image(noise))["radiance"] * seconds for _ in range(16)]
-        ratio = paired.ratio_of(costs(0.05, 3.0), costs(0.1, 1.5))  # a quarter of the error in twice the time
+        ratio = paired.ratio_of(costs(0.05, 3.0), costs(0.1, 1.5))  # a quarter of the error, times two
         self.assertAlmostEqual(ratio.value, 0.5, delta=0.01)
         self.assertTrue(ratio.value < ratio.upper < 0.52)
 
@@ -83,10 +83,41 @@ class RatioTest(unittest.TestCase):
             self.assertIsNone(paired.ratio_of([1, 1], costs))
 
 
+@unittest.skipIf(MISSING, MISSING)
+class SameTimeTest(unittest.TestCase):
+    """Loading takes 3 seconds and a sample 0.5; errors fall with the power 1.5 up to 16 samples, then with 1."""
+    SAMPLES, TIMES, ERRORS = (4, 16, 64), (5.0, 11.0, 35.0), (8.0, 1.0, 0.25)
+
+    def test_samples_follow_from_times(self):
+        for samples in (2, 4, 10, 16, 30, 64, 100):
+            self.assertAlmostEqual(paired.samples_in(3 + 0.5 * samples, self.SAMPLES, self.TIMES), samples)
+
+    def test_times_without_an_order_give_measured_samples(self):
+        self.assertEqual(paired.samples_in(5.0, (4, 16), (5.0, 4.0)), 4)
+
+    def test_errors_follow_power_laws(self):
+        for samples, expected in ((4, 8), (8, 2 ** 1.5), (16, 1), (32, 0.5), (64, 0.25), (256, 0.0625), (1, 64)):
+            self.assertAlmostEqual(paired.error_with(samples, self.SAMPLES, self.ERRORS), expected)
+
+    def test_there_is_no_error_beside_one_that_is_not_positive(self):
+        self.assertTrue(numpy.isnan(paired.error_with(8, self.SAMPLES, (8.0, -1.0, 0.25))))
+
+    def test_a_cell_compares_errors_in_the_same_time(self):
+        base, own = methods.SUPERSAMPLE_1_LIGHT, methods.ADAPTIVE_CACHE_1_LIGHT
+        errors = lambda error: {name: numpy.array([error, 2 * error]) for name in paired.ERRORS}
+        values = {n: {base: (numpy.array([t, 1.1 * t]), errors(e))} for n, t, e in zip(self.SAMPLES, self.TIMES, self.ERRORS)}
+        values[4][own] = (numpy.array([7.0, 7.7]), errors(1.0))  # 3 + 0.5 * 8 seconds
+        samples = gains.samples_of_same_time(values, 4, own)
+        for found in samples:
+            self.assertAlmostEqual(found, 8)
+        for found, expected in zip(gains.base_errors_with(values, samples, "clipped"), (2 ** 1.5, 2 ** 2.5)):
+            self.assertAlmostEqual(found, expected)
+
+
 def cells(ratios, method, light="path", error="clipped"):
     """Returns cells with (value, upper bound) each, or None."""
     scene = gains.Scene("s", "s.scene", "own")
-    numbers = (1.0, 1.0, 1.0, 1.0, 1.0, 0.0)
+    numbers = (1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 4.0)
     return [gains.Cell(scene, light, method, 4, error, r and paired.Ratio(*r), numbers) for r in ratios]
 
 

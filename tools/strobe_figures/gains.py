@@ -1,4 +1,4 @@
-"""Gains: mean square error times CPU seconds of the integrators that share indirect light, over supersample's."""
+"""Gains: mean square error of the integrators that share indirect light, over that of supersample in the same CPU time."""
 
 import dataclasses
 import glob
@@ -10,7 +10,7 @@ from . import gains_chart, items
 from .context import PAPER_SUBJECTS, ROOT, Skipped
 from .items import columns
 from .methods import ADAPTIVE_CACHE_1_LIGHT, INDIRECT_CACHE_1_LIGHT, SUPERSAMPLE_1_LIGHT
-from .paired import ERRORS, Ratio, References, geometric_mean, ratio_of
+from .paired import ERRORS, Ratio, References, error_with, geometric_mean, ratio_of, samples_in
 from .sweeps import read_sweep, scene_with
 
 METHODS = (ADAPTIVE_CACHE_1_LIGHT, INDIRECT_CACHE_1_LIGHT)
@@ -21,7 +21,7 @@ SIZES = (96, 72), (200, 150)  # of the images with --quick and --full
 NOISY = 1 / 9  # of the smaller error of a cell: larger noise of the references is reported
 LOSS = 1.05  # a cell whose bound is above this ratio may be a loss
 NAMES = ["scene", "light", "integrator", "parameters", "spp", "error", "seeds", "ratio", "upper bound", "MSE ratio",
-         "seconds ratio", "MSE", "supersample MSE", "supersample seconds", "reference noise"]
+         "seconds ratio", "MSE", "supersample MSE", "supersample seconds", "reference noise", "supersample spp"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -120,11 +120,13 @@ def measured(results, references):
     return numpy.array([r.cpu_seconds for r in results]), {name: numpy.array([e[name] for e in errors]) for name in ERRORS}
 
 
-def numbers_of(own, base, noise):
-    """Returns the columns behind the bound of own and base (seconds, errors) as arrays over seeds."""
+def numbers_of(own, base, noise, samples):
+    """Returns the columns behind the bound of own and base (seconds, errors) as arrays over seeds. `samples`: those of
+    supersample in the same time, by seed."""
     mean, base_mean = float(own[1].mean()), float(base[1].mean())
     seconds = geometric_mean(own[0] / base[0])
-    return mean / base_mean if base_mean > 0 else None, seconds, mean, base_mean, float(numpy.median(base[0])), noise
+    return (mean / base_mean if base_mean > 0 else None, seconds, mean, base_mean, float(numpy.median(base[0])), noise,
+            geometric_mean(samples))
 
 
 def cells_of(context, scene, light):
@@ -132,23 +134,49 @@ def cells_of(context, scene, light):
     settings = settings_of(context, scene, light)
     references = references_of(context, settings)
     noise = references.noise()
-    cells = []
+    values = {}
     for spp in context.pick((4, 16, 64), (4, 16, 64, 256)):
         results = run_in_turns(context, settings.with_changes(spp=spp))
-        values = {method: measured(of_method, references) for method, of_method in results.items()}
-        base_seconds, base_errors = values[SUPERSAMPLE_1_LIGHT]
+        values[spp] = {method: measured(of_method, references) for method, of_method in results.items()}
+    cells = []
+    for spp in values:
         for method in METHODS:
-            seconds, errors = values[method]
+            samples = samples_of_same_time(values, spp, method)
             for name in ERRORS:
-                ratio = ratio_of(errors[name] * seconds, base_errors[name] * base_seconds)
-                numbers = numbers_of((seconds, errors[name]), (base_seconds, base_errors[name]), noise[name])
-                cells.append(Cell(scene, light, method, spp, name, ratio, numbers))
+                errors = values[spp][method][1][name]
+                base = base_errors_with(values, samples, name)
+                numbers = numbers_of(of_error(values, spp, method, name), of_error(values, spp, SUPERSAMPLE_1_LIGHT, name),
+                                     noise[name], samples)
+                cells.append(Cell(scene, light, method, spp, name, ratio_of(errors, base), numbers))
     return cells
+
+
+def of_error(values, spp, method, name):
+    """Returns the seconds and the errors of a method, over seeds."""
+    seconds, errors = values[spp][method]
+    return seconds, errors[name]
+
+
+def samples_of_same_time(values, spp, method):
+    """Returns, by seed, the number of samples with which supersample takes the CPU time of a method. The times of a seed are
+    relative: those of supersample with other numbers of samples are medians."""
+    samples = list(values)
+    medians = [float(numpy.median(values[n][SUPERSAMPLE_1_LIGHT][0])) for n in samples]
+    own, base = values[spp][method][0], values[spp][SUPERSAMPLE_1_LIGHT][0]
+    return [samples_in(ratio * medians[samples.index(spp)], samples, medians) for ratio in own / base]
+
+
+def base_errors_with(values, samples, name):
+    """Returns, by seed, the errors of supersample with numbers of samples between the measured ones."""
+    measured_samples = list(values)
+    by_samples = [values[n][SUPERSAMPLE_1_LIGHT][1][name] for n in measured_samples]
+    return [error_with(count, measured_samples, [errors[seed] for errors in by_samples])
+            for seed, count in enumerate(samples)]
 
 
 def is_noisy(cell):
     """Returns whether the noise of the references exceeds a ninth of the smaller error of a cell, as in Context.check_noise."""
-    _, _, error, base_error, _, noise = cell.numbers
+    _, _, error, base_error, _, noise, _ = cell.numbers
     return noise > NOISY * min(error, base_error)
 
 
@@ -190,11 +218,12 @@ def verdict(cells, light):
     return " ".join(sentences)
 
 
-EXPLANATION = """A cell is a scene at a sample count. Its ratio is the mean square error times the CPU seconds of an integrator
-over those of supersample, all with one light sample: below 1 the integrator has the smaller error at equal time. An
-integrator is better in a cell if the upper bound of the ratio (95 %, one-sided) is below 1.""".replace("\n", " ")
-TABLE_TEXT = """Ratios of mean square error times CPU seconds over supersample's. The ratio of a cell is the geometric mean over
-%d seeds; its bound is that of a paired t-test.
+EXPLANATION = """A cell is a scene at a sample count. Its ratio is the mean square error of an integrator over that of
+supersample in the same CPU time, both with one light sample: below 1 the integrator has the smaller error. An integrator is
+better in a cell if the upper bound of the ratio (95 %, one-sided) is below 1.""".replace("\n", " ")
+TABLE_TEXT = """Ratios of mean square errors over those of supersample in the same CPU time. These follow from its errors with
+fewer and with more samples, by a power law between two numbers of samples, and beyond the last. The ratio of a cell is the
+geometric mean over %d seeds; its bound is that of a paired t-test.
 
 Errors are mean products of the differences from two independent references, so that their noise drops out. The relative error
 is divided by the square of a third reference, plus 0.01. Seconds are those of whole processes, with loading and building.

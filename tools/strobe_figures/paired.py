@@ -44,7 +44,8 @@ class References:
 
 @dataclasses.dataclass(frozen=True)
 class Ratio:
-    """Error times time of an integrator over supersample's: the geometric mean over seeds, and its upper bound."""
+    """The error of an integrator over that of supersample in the same time: the geometric mean over seeds, and its upper
+    bound."""
 
     value: float
     upper: float
@@ -60,12 +61,32 @@ def geometric_mean(values):
     return float(numpy.exp(numpy.log(values).mean()))
 
 
-def ratio_of(costs, base_costs):
-    """Returns the Ratio of paired costs, one pair per seed, or None if a cost is not positive: then the error is smaller than
-    the noise of the references. The bound is that of a one-sided paired t-test of the logarithms."""
-    costs, base_costs = numpy.asarray(costs), numpy.asarray(base_costs)
-    if not (numpy.isfinite(costs).all() and numpy.isfinite(base_costs).all() and min(costs.min(), base_costs.min()) > 0):
+def samples_in(time, samples, times):
+    """Returns the number of samples that take a time, given the times of two or more numbers of samples in ascending order.
+    Times are linear between two of them, and beyond the first and the last: loading takes a part that does not grow."""
+    i = min(max(int(numpy.searchsorted(times, time)) - 1, 0), len(times) - 2)
+    if not times[i + 1] > times[i]:  # noise of short times
+        return float(samples[i])
+    found = samples[i] + (time - times[i]) / (times[i + 1] - times[i]) * (samples[i + 1] - samples[i])
+    return float(max(found, samples[0] / 2))
+
+
+def error_with(count, samples, errors):
+    """Returns the error with a number of samples, given those with two or more numbers of samples in ascending order: a power
+    law between two of them, and beyond the first and the last. Returns NaN if one of both errors is not positive."""
+    i = min(max(int(numpy.searchsorted(samples, count)) - 1, 0), len(samples) - 2)
+    if not min(errors[i], errors[i + 1]) > 0:
+        return float("nan")
+    power = numpy.log(errors[i + 1] / errors[i]) / numpy.log(samples[i + 1] / samples[i])
+    return float(errors[i] * (count / samples[i]) ** power)
+
+
+def ratio_of(errors, base_errors):
+    """Returns the Ratio of paired errors, one pair per seed, or None if an error is not positive: then it is smaller than the
+    noise of the references. The bound is that of a one-sided paired t-test of the logarithms."""
+    errors, base_errors = numpy.asarray(errors), numpy.asarray(base_errors)
+    if not (numpy.isfinite(errors).all() and numpy.isfinite(base_errors).all() and min(errors.min(), base_errors.min()) > 0):
         return None
-    logs = numpy.log(costs / base_costs)
+    logs = numpy.log(errors / base_errors)
     spread = stats.t.ppf(LEVEL, len(logs) - 1) * logs.std(ddof=1) / len(logs) ** 0.5
     return Ratio(float(numpy.exp(logs.mean())), float(numpy.exp(logs.mean() + spread)))
