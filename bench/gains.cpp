@@ -21,8 +21,8 @@ struct Settings {
     std::vector<std::string> integratorDefines;
     std::vector<int> resolution = {200, 150}, samples = {1, 4, 16, 64, 256}, seeds = {64};
     int referenceSamples = 2048;
-    bool hasEqualTime =
-        false; ///< supersample takes the time of the integrator, instead of its number of samples
+    /// Compares with supersample in the same time, instead of with the same number of samples.
+    bool hasEqualTime = false;
 };
 
 /// The errors of an image. Each is the mean over pixels and channels.
@@ -368,16 +368,15 @@ int main(int argc, char** argv) {
     strobe::bench::Settings settings;
     settings.build.shading = "path";
     CLI::App app(
-        "strobe_gains: errors and times of an integrator beside those of supersample. Prints, as "
-        "CSV, for each number of "
-        "samples: scene, shading, samples, seeds, seconds of supersample, time ratio; gain and "
-        "upper bound of its "
-        "inverse for the error clipped to 1, raw, relative and structural; fraction of tiles that "
-        "are worse, and of those that are worse without regard to time; relative difference of "
-        "the sum of the image and its standard error; both clipped errors; gains and upper bounds for "
-        "the errors of means over blocks of 4x4 and 16x16 pixels, clipped; samples of supersample; time "
-        "ratio with the same "
-        "number of samples; note of the integrator");
+        "strobe_gains: errors and times of an integrator beside those of supersample. Prints, as CSV, for "
+        "each "
+        "number of samples: scene, shading, samples, seeds, seconds of supersample, time ratio with the same "
+        "number of samples; gain and upper bound of its inverse for the error clipped to 1, raw, relative "
+        "and "
+        "structural; fraction of tiles that are worse, and of those that are worse without regard to time; "
+        "relative difference of the sum of the image and its standard error; both clipped errors; gains and "
+        "upper bounds for the errors of means over blocks of 4x4 and 16x16 pixels, clipped; note of the "
+        "integrator");
     app.add_option("scene", settings.scene, "scene file")->required()->check(CLI::ExistingFile);
     app.add_option("--integrator", settings.integrator);
     app.add_option("--shading", settings.build.shading);
@@ -391,8 +390,8 @@ int main(int argc, char** argv) {
     app.add_option("--reference-spp", settings.referenceSamples, "samples of each of the two references");
     app.add_flag(
         "--equal-time", settings.hasEqualTime,
-        "compares with supersample in the same time: with errors between those with more and with fewer "
-        "samples");
+        "compare with supersample in the same time: by renders with fewer and with more samples, and a "
+        "power law between their errors");
     CLI11_PARSE(app, argc, argv);
     return strobe::bench::guarded([&] { return strobe::bench::run(settings); });
 }
