@@ -78,7 +78,7 @@ def _draw_panel(axes, cells, rows):
     axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_formatter(ticker.NullFormatter())
     axes.tick_params(axis="x", labelsize=8)
-    axes.set_xlabel("error × seconds, over supersample's", fontsize=9)
+    axes.set_xlabel("error, over that of supersample in the same time", fontsize=9)
     axes.grid(True, axis="x", which="both", linewidth=0.3, alpha=0.6)
     axes.tick_params(axis="y", length=0)
 
