@@ -369,14 +369,12 @@ int main(int argc, char** argv) {
     settings.build.shading = "path";
     CLI::App app(
         "strobe_gains: errors and times of an integrator beside those of supersample. Prints, as CSV, for "
-        "each "
-        "number of samples: scene, shading, samples, seeds, seconds of supersample, time ratio with the same "
-        "number of samples; gain and upper bound of its inverse for the error clipped to 1, raw, relative "
-        "and "
-        "structural; fraction of tiles that are worse, and of those that are worse without regard to time; "
-        "relative difference of the sum of the image and its standard error; both clipped errors; gains and "
-        "upper bounds for the errors of means over blocks of 4x4 and 16x16 pixels, clipped; note of the "
-        "integrator");
+        "each number of samples: scene, shading, samples, seeds, seconds of supersample, time ratio with "
+        "the same number of samples; gain and upper bound of its inverse for the error clipped to 1, raw, "
+        "relative and structural; fraction of tiles that are worse, and of those that are worse without "
+        "regard to time; relative difference of the sum of the image and its standard error; both clipped "
+        "errors; gains and upper bounds for the errors of means over blocks of 4x4 and 16x16 pixels, "
+        "clipped; note of the integrator");
     app.add_option("scene", settings.scene, "scene file")->required()->check(CLI::ExistingFile);
     app.add_option("--integrator", settings.integrator);
     app.add_option("--shading", settings.build.shading);

@@ -143,11 +143,10 @@ def cells_of(context, scene, light):
         for method in METHODS:
             samples = samples_of_same_time(values, spp, method)
             for name in ERRORS:
-                errors = values[spp][method][1][name]
-                base = base_errors_with(values, samples, name)
-                numbers = numbers_of(of_error(values, spp, method, name), of_error(values, spp, SUPERSAMPLE_1_LIGHT, name),
-                                     noise[name], samples)
-                cells.append(Cell(scene, light, method, spp, name, ratio_of(errors, base), numbers))
+                own, base = (of_error(values, spp, m, name) for m in (method, SUPERSAMPLE_1_LIGHT))
+                ratio = ratio_of(own[1], base_errors_with(values, samples, name))
+                numbers = numbers_of(own, base, noise[name], samples)
+                cells.append(Cell(scene, light, method, spp, name, ratio, numbers))
     return cells
 
 
