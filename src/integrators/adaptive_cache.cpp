@@ -1,6 +1,8 @@
 #include "integrators/adaptive_cache.h"
 
 #include "core/params/plugin.h"
+#include "core/util/resource_policy.h"
+#include "integrators/cache_size.h"
 #include "sharing/light_recorder.h"
 #include "sharing/pilots/sample_plan.h"
 #include "sharing/pilots/sharing_plan.h"
@@ -23,8 +25,19 @@ const ParamDef<std::string> kSampling{"sampling", "adaptive",
                                       "samples per pixel: adaptive (up to 16 times as many where a pilot "
                                       "finds noise) or uniform"};
 
-/// The parts of the light that the user chose; none: auto.
+const ParamDef<std::string> kCacheSize{
+    "cache-mb", "auto",
+    "the most memory that sharing may take, in megabytes, \"unbounded\", or \"auto\": half of the memory. "
+    "Nothing is shared if it would take more"};
+
+/// See SharingOptions::chosen.
 using ChosenParts = std::optional<LightParts>;
+
+/// Returns the largest number of bytes that sharing may take.
+size_t memoryLimitOf(const ParamSet& params) {
+    const CacheSize size(params, kCacheSize);
+    return size.isAutomatic ? availableMemory() / 2 : size.bytes;
+}
 
 /// How the light of an image was shared.
 struct SharedLight {
@@ -70,29 +83,37 @@ struct AdaptivePlan {
     std::optional<SampleFactors> factors; ///< none: 1 everywhere
 };
 
-AdaptivePlan makePlan(const Scene& scene, const RenderContext& context, float cellSize,
-                      const ChosenParts& chosen, bool adaptsSamples) {
+AdaptivePlan planWithoutPilot(const RenderContext& context, const SharingOptions& options) {
+    constexpr double kCells = 1; // per pixel: unknown
+    SharingPlan sharing{options.chosen.value_or(LightParts()), {}, {}, EmissionPilot()};
+    if (const size_t bytes = sharingBytes(context, kCells);
+        !sharing.parts.isEmpty() && bytes > options.memoryLimit) {
+        sharing.parts = LightParts();
+        sharing.refusedBytes = bytes;
+    }
+    return {sharing, {}};
+}
+
+AdaptivePlan makePlan(const Scene& scene, const RenderContext& context, const SharingOptions& options) {
     constexpr double kPassSamples = 16; // of passes, whose number is not known
     const double samples = context.isPass ? kPassSamples : context.samplesPerPixel;
-    const AdaptivePlan withoutPilot{{chosen.value_or(LightParts()), {}, {}, EmissionPilot()}, {}};
     if (samples < kHalves)
-        return withoutPilot;
+        return planWithoutPilot(context, options);
     PairPilot pairs(scene, context, samples);
     pairs.renderFirst();
     if (pairs.isEmpty())
-        return withoutPilot;
-    AdaptivePlan plan{planSharing(scene, context, pairs, cellSize, chosen, adaptsSamples), {}};
-    if (adaptsSamples)
+        return planWithoutPilot(context, options);
+    AdaptivePlan plan{planSharing(scene, context, pairs, options), {}};
+    if (options.adaptsSamples)
         plan.factors = planSamples(pairs, samples, plan.sharing);
     return plan;
 }
 
 class AdaptiveState : public IntegratorState {
   public:
-    AdaptiveState(const Scene& scene, const RenderContext& context, float cellSize, const ChosenParts& chosen,
-                  bool adaptsSamples)
-        : m_scene(scene), m_cellSize(cellSize), m_clamp(context.clamp),
-          m_plan(makePlan(scene, context, cellSize, chosen, adaptsSamples)),
+    AdaptiveState(const Scene& scene, const RenderContext& context, const SharingOptions& options)
+        : m_scene(scene), m_cellSize(options.cellSize), m_clamp(context.clamp),
+          m_plan(makePlan(scene, context, options)),
           m_frame(std::make_unique<FrameLight>(m_plan.sharing.parts)) {
         if (const auto& emission = m_plan.sharing.emission)
             m_refinement.emplace(scene, context.sampling, context.pilotBounds, context.samplesPerPixel,
@@ -112,11 +133,15 @@ class AdaptiveState : public IntegratorState {
     bool records() const override { return observes() || m_refinement; }
     std::string note() const override {
         const char* const samples = m_plan.factors ? ", more samples where noise is" : "";
-        if (!observes())
+        if (!observes()) {
+            const size_t refused = m_plan.sharing.refusedBytes;
+            const std::string none =
+                "shares no light" +
+                (refused > 0 ? ", which would take " + formatBytes(refused) + " (cache-mb)" : "");
             return !records() && !m_plan.factors
-                       ? "shares no light: equals supersample"
-                       : std::string("shares no light") +
-                             (m_refinement ? ", more camera rays at the edges of lamps" : "") + samples;
+                       ? none + ": equals supersample"
+                       : none + (m_refinement ? ", more camera rays at the edges of lamps" : "") + samples;
+        }
         const bool direct = m_plan.sharing.parts.has(LightPart::Direct);
         const bool indirect = m_plan.sharing.parts.has(LightPart::Indirect);
         return std::string(direct && indirect ? "shares direct and indirect light"
@@ -175,12 +200,15 @@ class AdaptiveState : public IntegratorState {
 class AdaptiveCache : public Integrator {
   public:
     explicit AdaptiveCache(const ParamSet& params)
-        : m_cellSize(params.get(kCellSize)), m_chosen(parseWord<ChosenParts>(params, kShare,
-                                                                             {{"auto", {}},
-                                                                              {"direct", LightParts(1)},
-                                                                              {"indirect", LightParts(2)},
-                                                                              {"both", LightParts::all()}})),
-          m_adaptsSamples(parseWord<bool>(params, kSampling, {{"adaptive", true}, {"uniform", false}})) {}
+        : m_options{.cellSize = params.get(kCellSize),
+                    .chosen = parseWord<ChosenParts>(params, kShare,
+                                                     {{"auto", {}},
+                                                      {"direct", LightParts(1)},
+                                                      {"indirect", LightParts(2)},
+                                                      {"both", LightParts::all()}}),
+                    .adaptsSamples =
+                        parseWord<bool>(params, kSampling, {{"adaptive", true}, {"uniform", false}}),
+                    .memoryLimit = memoryLimitOf(params)} {}
     /// Estimates use samples up to some tens of pixels away, at any time; larger cells where a lens or motion
     /// spreads the samples of a pixel have no bound.
     BiasBound biasBound(const Scene& scene) const override {
@@ -196,13 +224,11 @@ class AdaptiveCache : public Integrator {
             shareLight(RecordedLight(film), film, false);
     }
     std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext& context) const override {
-        return std::make_unique<AdaptiveState>(scene, context, m_cellSize, m_chosen, m_adaptsSamples);
+        return std::make_unique<AdaptiveState>(scene, context, m_options);
     }
 
   private:
-    const float m_cellSize;
-    const ChosenParts m_chosen;
-    const bool m_adaptsSamples;
+    const SharingOptions m_options;
 };
 
 } // namespace
@@ -211,7 +237,7 @@ IntegratorPlugin adaptiveCachePlugin() {
     return {"adaptive-cache",
             "one shade per visibility sample; light is mixed with estimates from nearby samples on the "
             "same surface, weighted by their measured errors",
-            {kCellSize, kShare, kSampling},
+            {kCellSize, kShare, kSampling, kCacheSize},
             [](const ParamSet& params, const BuildContext&) {
                 return std::make_shared<const AdaptiveCache>(params);
             }};

@@ -18,37 +18,36 @@ const ParamDef<float> kNumber{"cache-mb", 0, ""};
 constexpr double kMemorySeconds = 3e-7;
 constexpr size_t kMegabyte = 1024 * 1024;
 
-/// Returns the bytes of physical memory, or of the process's limit (--max-memory) if that is less.
+} // namespace
+
 size_t availableMemory() {
     const size_t physical = physicalMemory();
     rlimit limit{};
     return getrlimit(RLIMIT_DATA, &limit) == 0 ? std::min<size_t>(physical, limit.rlim_cur) : physical;
 }
 
-} // namespace
-
 const ParamDef<std::string> CacheSize::kParam{
     "cache-mb", "auto",
     "size of a cache in megabytes, \"unbounded\", or \"auto\": chosen by the cost of a shade"};
 
-CacheSize::CacheSize(const ParamSet& params) {
+CacheSize::CacheSize(const ParamSet& params, const ParamDef<std::string>& param) {
     double megabytes = 0;
-    if (const auto type = params.typeOf(kParam); type && type != ParamType::String) {
+    if (const auto type = params.typeOf(param); type && type != ParamType::String) {
         megabytes = double(params.get(kNumber));
     } else {
-        const std::string word = params.get(kParam);
+        const std::string word = params.get(param);
         isAutomatic = word == "auto";
         if (isAutomatic || word == "unbounded")
             return;
         const char* end = word.data() + word.size();
         if (std::from_chars(word.data(), end, megabytes).ptr != end || word.empty())
-            throw Error(params.whereIs(kParam),
+            throw Error(params.whereIs(param),
                         "\"cache-mb\" must be a number, \"auto\" or \"unbounded\", not \"" + word + "\"");
     }
     if (!(megabytes >= 0))
-        throw Error(params.whereIs(kParam), "\"cache-mb\" must not be negative");
+        throw Error(params.whereIs(param), "\"cache-mb\" must not be negative");
     if (megabytes * double(kMegabyte) > double(availableMemory()))
-        throw Error(params.whereIs(kParam),
+        throw Error(params.whereIs(param),
                     "\"cache-mb\" is more than the memory available: " + formatBytes(availableMemory()));
     bytes = size_t(megabytes * double(kMegabyte));
 }

@@ -9,12 +9,16 @@ namespace strobe {
 /// The value of the parameter cache-mb: a number, "unbounded" or "auto".
 struct CacheSize {
     static const ParamDef<std::string> kParam;
-    /// Throws Error if the value is none of these, or negative.
-    explicit CacheSize(const ParamSet& params);
+    /// `param`: cache-mb with the integrator's own description. Throws Error if the value is none of these,
+    /// negative, or more than availableMemory.
+    explicit CacheSize(const ParamSet& params, const ParamDef<std::string>& param = kParam);
 
     size_t bytes = SIZE_MAX;  ///< SIZE_MAX: unbounded
-    bool isAutomatic = false; ///< `bytes` is to be replaced by automaticCacheBytes
+    bool isAutomatic = false; ///< `bytes` is to be replaced by the integrator's choice
 };
+
+/// Returns the bytes of physical memory, or of the process's limit (--max-memory) if that is less.
+size_t availableMemory();
 
 /// Returns a size for a RadianceCache. A render is expected to need max(1, 1/blockSize²) shading points per
 /// pixel and time bin; there is space for twice as many. If `threadsKeepValues`

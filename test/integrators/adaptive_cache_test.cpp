@@ -1,6 +1,7 @@
 // adaptive-cache against supersample.
 #include "core/render/passes.h"
 #include "integrators/sharing_support.h"
+#include "support/fence_scene.h"
 #include "support/scene_files.h"
 
 #include <gtest/gtest.h>
@@ -53,6 +54,24 @@ Shape "sphere" "float radius" 1
     const auto adaptive = render(test::buildWith("adaptive-cache", scene, {"sampling=uniform"}));
     EXPECT_TRUE(haveEqualBits(adaptive.image, render(test::buildWith("supersample", scene)).image));
     EXPECT_EQ(adaptive.stats.integratorNote, "shares no light: equals supersample");
+}
+
+TEST(AdaptiveCache, IsSupersampleWhereSharingTakesTooMuchMemory) {
+    // No lamp is seen, whose emission would be refined.
+    const std::string kLit = R"(LightSource "point" "point from" [0 1.5 .5] "rgb I" [4 4 4])";
+    for (const int samples : {1, 4}) { // without and with a pilot
+        const std::string scene = test::frontView(samples, kLit + test::kCorner, "path");
+        const auto adaptive = [&](const std::string& size) {
+            return render(test::buildWith("adaptive-cache", scene, {"share=both", "sampling=uniform", size}));
+        };
+        const auto refused = adaptive("cache-mb=0.1");
+        EXPECT_TRUE(haveEqualBits(refused.image, render(test::buildWith("supersample", scene)).image));
+        EXPECT_TRUE(refused.stats.integratorNote.starts_with("shares no light, which would take "))
+            << refused.stats.integratorNote;
+        for (const char* const size : {"cache-mb=64", "cache-mb=unbounded", "cache-mb=auto"})
+            EXPECT_EQ(adaptive(size).stats.integratorNote, "shares direct and indirect light") << size;
+    }
+    EXPECT_THROW(test::buildWith("adaptive-cache", makeScene(4, "path"), {"cache-mb=-1"}), Error);
 }
 
 /// Nothing but a mirror in front of a constant environment, or a surface without light.

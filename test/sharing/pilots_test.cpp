@@ -237,7 +237,7 @@ TEST(SharingPlan, RendersOfManySamplesShareLess) {
         context.samplesPerPixel = samples;
         PairPilot pairs(*built.scene, context, samples);
         pairs.renderFirst();
-        return !planSharing(*built.scene, context, pairs, 3, {}, false).parts.isEmpty();
+        return !planSharing(*built.scene, context, pairs, {}).parts.isEmpty();
     };
     EXPECT_TRUE(sharesWith(64));
     EXPECT_FALSE(sharesWith(1 << 20));
@@ -256,7 +256,7 @@ TEST(SharingPlan, BlocksAreRenderedOnlyIfSharingMayGain) {
             ++count;
             return make(state, samplesPerPixel);
         };
-        planSharing(*built.scene, context, pairs, 3, chosen, false);
+        planSharing(*built.scene, context, pairs, {.chosen = chosen});
         return int(count);
     };
     const std::string noisy = kScene,
@@ -275,10 +275,31 @@ TEST(SharingPlan, ManyCellsTakeTime) {
     PairPilot pairs(*built.scene, context, kSamples);
     pairs.renderFirst();
     const auto overheadWith = [&](float cellSize) {
-        return planSharing(*built.scene, context, pairs, cellSize, LightParts::all(), false)
+        return planSharing(*built.scene, context, pairs, {.cellSize = cellSize, .chosen = LightParts::all()})
             .overhead.ofPixels;
     };
     EXPECT_GT(overheadWith(0.5f), 1.2 * overheadWith(3));
+}
+
+TEST(SharingPlan, SharesNothingThatTakesMoreThanTheLimit) {
+    constexpr int kSamples = 16;
+    const BuiltScene built = test::build(kSmoothScene);
+    RenderContext context = contextOf(built);
+    context.samplesPerPixel = kSamples;
+    PairPilot pairs(*built.scene, context, kSamples);
+    pairs.renderFirst();
+    const auto planWith = [&](size_t limit) {
+        SharingOptions options;
+        options.memoryLimit = limit;
+        return planSharing(*built.scene, context, pairs, options);
+    };
+    const SharingPlan refused = planWith(1);
+    EXPECT_TRUE(refused.parts.isEmpty());
+    EXPECT_TRUE(planWith(refused.refusedBytes - 1).parts.isEmpty());
+    EXPECT_FALSE(planWith(refused.refusedBytes).parts.isEmpty());
+    EXPECT_EQ(planWith(refused.refusedBytes).refusedBytes, 0u);
+    context.keepsRecords = true; // their memory adds to it
+    EXPECT_TRUE(planWith(refused.refusedBytes).parts.isEmpty());
 }
 
 /// A floor and a wall that the camera sees from the side. Near the wall, indirect light is noisy.

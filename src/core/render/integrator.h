@@ -86,7 +86,8 @@ struct RenderContext {
     CameraSampling sampling; ///< outlives the integrator's state
     int threads = 1;
     int samplesPerPixel = 1;
-    bool isPass = false; ///< more samples per pixel may follow: see RenderSettings
+    bool isPass = false;       ///< more samples per pixel may follow: see RenderSettings
+    bool keepsRecords = false; ///< Film::accumulates
     PixelBounds pixelBounds{};
     PixelBounds pilotBounds{};             ///< see RenderSettings
     float clamp = 0;                       ///< see RenderSettings

@@ -85,11 +85,12 @@ void Renderer::restart(uint64_t seed, int samplesPerPixel, uint64_t samplesBefor
 
 void Renderer::setSlice(const SampleSlice& slice) { m_settings.slice = slice; }
 
-RenderContext Renderer::makeContext(int threads) const {
+RenderContext Renderer::makeContext(int threads, const Film& film) const {
     RenderContext context{.sampling = {m_sampler, m_filter, m_settings.seed}};
     context.threads = threads;
     context.samplesPerPixel = m_settings.samplesPerPixel;
     context.isPass = m_settings.isPass;
+    context.keepsRecords = film.accumulates();
     context.pixelBounds = m_pixelBounds;
     context.pilotBounds = m_settings.pilotBounds.value_or(m_pixelBounds);
     context.clamp = m_settings.clamp;
@@ -109,7 +110,7 @@ bool Renderer::render(Film& film) {
     checkSamples(m_settings, m_integrator.dependence());
     const int threads = threadCount(m_settings);
     if (!m_state) {
-        runOnThreads(threads, [&] { m_state = m_integrator.begin(m_scene, makeContext(threads)); });
+        runOnThreads(threads, [&] { m_state = m_integrator.begin(m_scene, makeContext(threads, film)); });
         m_stats.beginSeconds = secondsSince(start);
     }
     setNote(film);

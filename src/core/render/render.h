@@ -44,7 +44,7 @@ class Renderer {
     bool renderTile(const PixelBounds& tile, TileRenderer& renderer, Film& film) const;
     bool renderTiles(const std::vector<PixelBounds>& tiles, int threads, Film& film);
     void addCounters(size_t thread, Counters counters);
-    RenderContext makeContext(int threads) const;
+    RenderContext makeContext(int threads, const Film& film) const;
 
     const Scene& m_scene;
     const Integrator& m_integrator;

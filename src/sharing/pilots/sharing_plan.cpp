@@ -18,16 +18,21 @@ namespace {
 /// a scene with different seeds share the same parts.
 constexpr uint64_t kSeeds[] = {0x70696c6f74, 0x74706c696f};
 
-/// Returns the number of cells per pixel of blocks beyond that of a smooth surface: a lens or motion spreads
-/// the samples of a pixel over many cells.
-double manyCellsIn(std::span<const BlockPilot> pilots) {
-    constexpr double kOfSmoothSurface = 0.6; // blocks have cells at their borders: measured
+/// Returns the number of cells per pixel of blocks. Blocks have cells at their borders, images have fewer.
+double cellsPerPixelIn(std::span<const BlockPilot> pilots) {
     double cells = 0, pixels = 0;
     for (const BlockPilot& pilot : pilots) {
         cells += pilot.weight * pilot.cells;
         pixels += pilot.weight * pilot.pixels;
     }
-    return std::max(cells / pixels - kOfSmoothSurface, 0.);
+    return cells / pixels;
+}
+
+/// Returns the number of cells per pixel beyond that of a smooth surface: a lens or motion spreads the
+/// samples of a pixel over many cells.
+double manyCellsIn(std::span<const BlockPilot> pilots) {
+    constexpr double kOfSmoothSurface = 0.6; // measured
+    return std::max(cellsPerPixelIn(pilots) - kOfSmoothSurface, 0.);
 }
 
 /// Returns the time of sharing both parts. The model of the times was fitted to those of all scenes of this
@@ -125,8 +130,16 @@ SharingPlan planWithoutSharing(const PairPilot& pairs) {
 
 } // namespace
 
+size_t sharingBytes(const RenderContext& context, double cellsPerPixel) {
+    // Fitted to the peaks of 21 renders of this project's scenes, which are 0.65 to 1.2 times this.
+    constexpr double kPixel = 450, kCell = 150, kWithRecords = 2.2;
+    const double pixels = double(context.pilotBounds.width()) * context.pilotBounds.height();
+    const double bytes = pixels * (kPixel + kCell * cellsPerPixel);
+    return size_t(context.keepsRecords ? kWithRecords * bytes : bytes);
+}
+
 SharingPlan planSharing(const Scene& scene, const RenderContext& context, const PairPilot& pairs,
-                        float cellSize, const std::optional<LightParts>& chosen, bool adaptsSamples) {
+                        const SharingOptions& options) {
     constexpr double kPasses = 64;      // the samples of passes, whose number is not known
     constexpr double kAdaptiveTime = 2; // of adaptive samples relative to uniform ones: see planSamples
     // The fraction of the samples that are recorded one by one falls with their number, so that the limits
@@ -137,10 +150,10 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
     // Up to twice the samples of the blocks, the constants of the verdict include that renders gain less.
     const double sampleRatio = std::min(1., 2 * size.samples / samples);
     const BlockChooser chooser(pairs);
-    if (!chosen && chooser.meanNoise() == 0)
+    if (!options.chosen && chooser.meanNoise() == 0)
         return planWithoutSharing(pairs);
     const PilotedLight light{pairs.brightness().litParts(), chooser.gainWithoutIndirect()};
-    BlockRenderer renderer(scene, context, size.samples, cellSize, light.lit);
+    BlockRenderer renderer(scene, context, size.samples, options.cellSize, light.lit);
     std::vector<BlockPilot> pilots;
     SharingPlan plan;
     Verdict verdict;
@@ -150,7 +163,7 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
         plan.overhead = overheadOf(scene, samples, pairs.counters(), pilots);
         missesNoise = missNoise(pilots, chooser, size.samples);
         verdict = decideSharing(pilots, light, plan.overhead.timeOf(1) - 1, sampleRatio);
-        if (adaptsSamples) {
+        if (options.adaptsSamples) {
             const double overhead = plan.overhead.timeOf(kAdaptiveTime) / kAdaptiveTime - 1;
             const Verdict adaptive = decideSharing(pilots, light, overhead, sampleRatio);
             // The promise is looked for only if it matters: that takes as long as a block.
@@ -158,12 +171,17 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
                 promisesSamplePlan(pairs, samples, {LightParts::all(), plan.overhead, {}, {}}))
                 verdict = adaptive;
         }
-    } while (!chosen && pilots.size() < 2 * size.count && (missesNoise || !verdict.isCertain));
+    } while (!options.chosen && pilots.size() < 2 * size.count && (missesNoise || !verdict.isCertain));
     if (missesNoise && light.lit.has(LightPart::Indirect))
         verdict.parts.add(LightPart::Indirect);
-    plan.parts = chosen.value_or(verdict.parts);
+    plan.parts = options.chosen.value_or(verdict.parts);
     if (plan.parts.isEmpty())
         return planWithoutSharing(pairs);
+    if (const size_t bytes = sharingBytes(context, cellsPerPixelIn(pilots)); bytes > options.memoryLimit) {
+        plan = planWithoutSharing(pairs);
+        plan.refusedBytes = bytes;
+        return plan;
+    }
     plan.rareLimits = pairs.brightness().limits(std::min(kMaxRare, 1 / samples));
     plan.emission = meanEmission(pilots, size.samples / samples);
     return plan;

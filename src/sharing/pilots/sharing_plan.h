@@ -23,14 +23,25 @@ struct SharingPlan {
     SharingOverhead overhead; ///< 0 if nothing is shared
     RareLimits rareLimits;
     std::optional<EmissionPilot> emission; ///< none: EmissionRefinement would gain little
+    size_t refusedBytes = 0; ///< the memory that sharing would take, if that is more than the limit
 };
+
+struct SharingOptions {
+    float cellSize = 3;               ///< edge of the cells that sum light, in pixels
+    std::optional<LightParts> chosen; ///< the parts to share in any case; none: as the pilot decides
+    bool adaptsSamples = false;       ///< planSamples follows
+    size_t memoryLimit = SIZE_MAX;    ///< in bytes; nothing is shared if that would take more
+};
+
+/// Returns about how many bytes sharing takes beyond a render that shares nothing, at the peak of its memory.
+/// `cellsPerPixel`: that are recorded. Where samples adapt, there may be more cells.
+size_t sharingBytes(const RenderContext& context, double cellsPerPixel);
 
 /// Renders blocks of pixels, usually less than 1 % of the samples, and reconstructs their light. Their errors
 /// decide which parts are shared (decideSharing). Blocks with more noise in `pairs` are chosen with a larger
-/// probability (BlockChooser). No block is rendered where no pair has noise, unless `chosen` is set: the
-/// parts to share in any case. `adaptsSamples`: planSamples follows. At least 2 samples per pixel. The result
-/// does not depend on the seed, on slices of the samples or on measured times.
+/// probability (BlockChooser). No block is rendered where no pair has noise, unless options.chosen is set. At
+/// least 2 samples per pixel. The result does not depend on the seed, on slices of the samples or on measured
+/// times.
 SharingPlan planSharing(const Scene& scene, const RenderContext& context, const PairPilot& pairs,
-                        float cellSize, const std::optional<LightParts>& chosen, bool adaptsSamples);
-
+                        const SharingOptions& options);
 } // namespace strobe
