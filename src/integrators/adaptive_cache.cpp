@@ -39,6 +39,8 @@ size_t memoryLimitOf(const ParamSet& params) {
     return size.isAutomatic ? availableMemory() / 2 : size.bytes;
 }
 
+double pixelCount(const PixelBounds& bounds) { return double(bounds.width()) * bounds.height(); }
+
 /// How the light of an image was shared.
 struct SharedLight {
     std::vector<HugeBuffer<PixelSharing>> parts; ///< empty: not at all
@@ -86,11 +88,10 @@ struct AdaptivePlan {
 AdaptivePlan planWithoutPilot(const RenderContext& context, const SharingOptions& options) {
     constexpr double kCells = 1; // per pixel: unknown
     SharingPlan sharing{options.chosen.value_or(LightParts()), {}, {}, EmissionPilot()};
-    if (const size_t bytes = sharingBytes(context, kCells);
-        !sharing.parts.isEmpty() && bytes > options.memoryLimit) {
+    if (!sharing.parts.isEmpty())
+        sharing.bytes = sharingBytes(context, kCells);
+    if (sharing.bytes > options.memoryLimit)
         sharing.parts = LightParts();
-        sharing.refusedBytes = bytes;
-    }
     return {sharing, {}};
 }
 
@@ -113,6 +114,7 @@ class AdaptiveState : public IntegratorState {
   public:
     AdaptiveState(const Scene& scene, const RenderContext& context, const SharingOptions& options)
         : m_scene(scene), m_cellSize(options.cellSize), m_clamp(context.clamp),
+          m_partOfFrame(pixelCount(context.pixelBounds) / pixelCount(context.pilotBounds)),
           m_plan(makePlan(scene, context, options)),
           m_frame(std::make_unique<FrameLight>(m_plan.sharing.parts)) {
         if (const auto& emission = m_plan.sharing.emission)
@@ -122,9 +124,9 @@ class AdaptiveState : public IntegratorState {
             m_refinement.reset();
     }
     std::unique_ptr<IntegratorWorker> makeWorker() override {
-        return std::make_unique<RecordingWorker>(m_scene, m_cellSize, m_clamp, m_plan.sharing.parts, *m_frame,
-                                                 m_plan.sharing.rareLimits,
-                                                 m_refinement ? &*m_refinement : nullptr);
+        return std::make_unique<Worker>(bytesOfFilm(), m_scene, m_cellSize, m_clamp, m_plan.sharing.parts,
+                                        *m_frame, m_plan.sharing.rareLimits,
+                                        m_refinement ? &*m_refinement : nullptr);
     }
     const SampleFactors* sampleFactors() const override {
         return m_plan.factors ? &*m_plan.factors : nullptr;
@@ -134,10 +136,10 @@ class AdaptiveState : public IntegratorState {
     std::string note() const override {
         const char* const samples = m_plan.factors ? ", more samples where noise is" : "";
         if (!observes()) {
-            const size_t refused = m_plan.sharing.refusedBytes;
+            const size_t bytes = m_plan.sharing.bytes;
             const std::string none =
                 "shares no light" +
-                (refused > 0 ? ", which would take " + formatBytes(refused) + " (cache-mb)" : "");
+                (bytes > 0 ? ", which would take " + formatBytes(bytes) + " (cache-mb)" : "");
             return !records() && !m_plan.factors
                        ? none + ": equals supersample"
                        : none + (m_refinement ? ", more camera rays at the edges of lamps" : "") + samples;
@@ -166,6 +168,22 @@ class AdaptiveState : public IntegratorState {
     }
 
   private:
+    /// Reports the memory of sharing.
+    class Worker : public RecordingWorker {
+      public:
+        template <class... Args>
+        explicit Worker(size_t bytes, Args&&... args)
+            : RecordingWorker(std::forward<Args>(args)...), m_bytes(bytes) {}
+        void report(Counters& counters) const override { counters.cacheBytes = m_bytes; }
+
+      private:
+        const size_t m_bytes;
+    };
+
+    /// Returns about how many bytes sharing takes in this process, which may render a part of the frame.
+    size_t bytesOfFilm() const {
+        return observes() ? size_t(double(m_plan.sharing.bytes) * m_partOfFrame) : 0;
+    }
     void setLayers(const std::vector<HugeBuffer<PixelSharing>>& parts, Film& film) const {
         const auto set = [&](Aov layer, const auto& value) {
             if (!film.has(layer))
@@ -192,6 +210,7 @@ class AdaptiveState : public IntegratorState {
 
     const Scene& m_scene;
     const float m_cellSize, m_clamp;
+    const double m_partOfFrame; ///< context.pixelBounds in context.pilotBounds
     const AdaptivePlan m_plan;
     const std::unique_ptr<FrameLight> m_frame;
     std::optional<EmissionRefinement> m_refinement; ///< none: no pixel is refined

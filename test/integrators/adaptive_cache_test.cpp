@@ -68,8 +68,12 @@ TEST(AdaptiveCache, IsSupersampleWhereSharingTakesTooMuchMemory) {
         EXPECT_TRUE(haveEqualBits(refused.image, render(test::buildWith("supersample", scene)).image));
         EXPECT_TRUE(refused.stats.integratorNote.starts_with("shares no light, which would take "))
             << refused.stats.integratorNote;
-        for (const char* const size : {"cache-mb=64", "cache-mb=unbounded", "cache-mb=auto"})
-            EXPECT_EQ(adaptive(size).stats.integratorNote, "shares direct and indirect light") << size;
+        EXPECT_EQ(refused.stats.total.cacheBytes, 0u);
+        for (const char* const size : {"cache-mb=64", "cache-mb=unbounded", "cache-mb=auto"}) {
+            const auto shared = adaptive(size);
+            EXPECT_EQ(shared.stats.integratorNote, "shares direct and indirect light") << size;
+            EXPECT_GT(shared.stats.total.cacheBytes, 100'000u); // of cache-mb=0.1
+        }
     }
     EXPECT_THROW(test::buildWith("adaptive-cache", makeScene(4, "path"), {"cache-mb=-1"}), Error);
 }

@@ -295,11 +295,10 @@ TEST(SharingPlan, SharesNothingThatTakesMoreThanTheLimit) {
     };
     const SharingPlan refused = planWith(1);
     EXPECT_TRUE(refused.parts.isEmpty());
-    EXPECT_TRUE(planWith(refused.refusedBytes - 1).parts.isEmpty());
-    EXPECT_FALSE(planWith(refused.refusedBytes).parts.isEmpty());
-    EXPECT_EQ(planWith(refused.refusedBytes).refusedBytes, 0u);
+    EXPECT_TRUE(planWith(refused.bytes - 1).parts.isEmpty());
+    EXPECT_FALSE(planWith(refused.bytes).parts.isEmpty());
     context.keepsRecords = true; // their memory adds to it
-    EXPECT_TRUE(planWith(refused.refusedBytes).parts.isEmpty());
+    EXPECT_TRUE(planWith(refused.bytes).parts.isEmpty());
 }
 
 /// A floor and a wall that the camera sees from the side. Near the wall, indirect light is noisy.

@@ -76,7 +76,7 @@ struct Counters {
     uint64_t cacheHits = 0;       ///< lookups that found their entry
     uint64_t cacheDuplicates = 0; ///< entries shaded by this thread, but stored first by another
     uint64_t cacheEvictions = 0;  ///< entries that replaced another
-    uint64_t cacheBytes = 0;      ///< size of the table
+    uint64_t cacheBytes = 0;      ///< memory of the table, or of light that is shared otherwise
     std::vector<InvalidSample> firstInvalid;   ///< at most kMaxRecordedInvalid of the invalid samples
     std::array<double, kStageCount> seconds{}; ///< per stage
     std::vector<ShadeCost> shadeCosts;         ///< per material, then of misses; from some of the batches

@@ -177,11 +177,12 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
     plan.parts = options.chosen.value_or(verdict.parts);
     if (plan.parts.isEmpty())
         return planWithoutSharing(pairs);
-    if (const size_t bytes = sharingBytes(context, cellsPerPixelIn(pilots)); bytes > options.memoryLimit) {
+    const size_t bytes = sharingBytes(context, cellsPerPixelIn(pilots));
+    if (bytes > options.memoryLimit)
         plan = planWithoutSharing(pairs);
-        plan.refusedBytes = bytes;
+    plan.bytes = bytes;
+    if (plan.parts.isEmpty())
         return plan;
-    }
     plan.rareLimits = pairs.brightness().limits(std::min(kMaxRare, 1 / samples));
     plan.emission = meanEmission(pilots, size.samples / samples);
     return plan;

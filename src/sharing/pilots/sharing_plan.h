@@ -23,7 +23,7 @@ struct SharingPlan {
     SharingOverhead overhead; ///< 0 if nothing is shared
     RareLimits rareLimits;
     std::optional<EmissionPilot> emission; ///< none: EmissionRefinement would gain little
-    size_t refusedBytes = 0; ///< the memory that sharing would take, if that is more than the limit
+    size_t bytes = 0; ///< see sharingBytes; if `parts` is empty, nothing is shared because of them
 };
 
 struct SharingOptions {
