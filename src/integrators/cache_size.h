@@ -9,8 +9,8 @@ namespace strobe {
 /// The value of the parameter cache-mb: a number, "unbounded" or "auto".
 struct CacheSize {
     static const ParamDef<std::string> kParam;
-    /// `param`: cache-mb with the integrator's own description. Throws Error if the value is none of these,
-    /// negative, or more than availableMemory.
+    /// `param` defines cache-mb; its description may be that of one integrator. Throws Error if the value is
+    /// not a number, "unbounded" or "auto", or if it is negative or more than availableMemory.
     explicit CacheSize(const ParamSet& params, const ParamDef<std::string>& param = kParam);
 
     size_t bytes = SIZE_MAX;  ///< SIZE_MAX: unbounded

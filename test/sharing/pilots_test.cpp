@@ -266,38 +266,45 @@ TEST(SharingPlan, BlocksAreRenderedOnlyIfSharingMayGain) {
     EXPECT_GT(blockRenderers(noisy), 0);
 }
 
+/// Plans renders of kSmoothScene with 16 samples per pixel.
+struct SmoothPlanner {
+    SmoothPlanner() { pairs.renderFirst(); }
+    SharingPlan planWith(const SharingOptions& options) {
+        return planSharing(*built.scene, context, pairs, options);
+    }
+    static RenderContext makeContext(const BuiltScene& built) {
+        RenderContext out = contextOf(built);
+        out.samplesPerPixel = kSamples;
+        return out;
+    }
+
+    static constexpr int kSamples = 16;
+    const BuiltScene built = test::build(kSmoothScene);
+    RenderContext context = makeContext(built);
+    PairPilot pairs{*built.scene, context, kSamples};
+};
+
 /// Where a pixel has several cells, sharing takes longer.
 TEST(SharingPlan, ManyCellsTakeTime) {
-    constexpr int kSamples = 16;
-    const BuiltScene built = test::build(kSmoothScene);
-    RenderContext context = contextOf(built);
-    context.samplesPerPixel = kSamples;
-    PairPilot pairs(*built.scene, context, kSamples);
-    pairs.renderFirst();
+    SmoothPlanner planner;
     const auto overheadWith = [&](float cellSize) {
-        return planSharing(*built.scene, context, pairs, {.cellSize = cellSize, .chosen = LightParts::all()})
-            .overhead.ofPixels;
+        return planner.planWith({.cellSize = cellSize, .chosen = LightParts::all()}).overhead.ofPixels;
     };
     EXPECT_GT(overheadWith(0.5f), 1.2 * overheadWith(3));
 }
 
 TEST(SharingPlan, SharesNothingThatTakesMoreThanTheLimit) {
-    constexpr int kSamples = 16;
-    const BuiltScene built = test::build(kSmoothScene);
-    RenderContext context = contextOf(built);
-    context.samplesPerPixel = kSamples;
-    PairPilot pairs(*built.scene, context, kSamples);
-    pairs.renderFirst();
+    SmoothPlanner planner;
     const auto planWith = [&](size_t limit) {
         SharingOptions options;
         options.memoryLimit = limit;
-        return planSharing(*built.scene, context, pairs, options);
+        return planner.planWith(options);
     };
     const SharingPlan refused = planWith(1);
     EXPECT_TRUE(refused.parts.isEmpty());
     EXPECT_TRUE(planWith(refused.bytes - 1).parts.isEmpty());
     EXPECT_FALSE(planWith(refused.bytes).parts.isEmpty());
-    context.keepsRecords = true; // their memory adds to it
+    planner.context.keepsRecords = true; // their memory adds to it
     EXPECT_TRUE(planWith(refused.bytes).parts.isEmpty());
 }
 

@@ -131,7 +131,7 @@ SharingPlan planWithoutSharing(const PairPilot& pairs) {
 } // namespace
 
 size_t sharingBytes(const RenderContext& context, double cellsPerPixel) {
-    // Fitted to the peaks of 21 renders of this project's scenes, which are 0.65 to 1.2 times this.
+    // Fitted to the peaks of 21 renders of this project's scenes, which are 0.67 to 1.18 times this.
     constexpr double kPixel = 450, kCell = 150, kWithRecords = 2.2;
     const double pixels = double(context.pilotBounds.width()) * context.pilotBounds.height();
     const double bytes = pixels * (kPixel + kCell * cellsPerPixel);
@@ -177,12 +177,12 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
     plan.parts = options.chosen.value_or(verdict.parts);
     if (plan.parts.isEmpty())
         return planWithoutSharing(pairs);
-    const size_t bytes = sharingBytes(context, cellsPerPixelIn(pilots));
-    if (bytes > options.memoryLimit)
-        plan = planWithoutSharing(pairs);
-    plan.bytes = bytes;
-    if (plan.parts.isEmpty())
-        return plan;
+    plan.bytes = sharingBytes(context, cellsPerPixelIn(pilots));
+    if (plan.bytes > options.memoryLimit) {
+        SharingPlan refused = planWithoutSharing(pairs);
+        refused.bytes = plan.bytes;
+        return refused;
+    }
     plan.rareLimits = pairs.brightness().limits(std::min(kMaxRare, 1 / samples));
     plan.emission = meanEmission(pilots, size.samples / samples);
     return plan;

@@ -23,9 +23,11 @@ struct SharingPlan {
     SharingOverhead overhead; ///< 0 if nothing is shared
     RareLimits rareLimits;
     std::optional<EmissionPilot> emission; ///< none: EmissionRefinement would gain little
-    size_t bytes = 0; ///< see sharingBytes; if `parts` is empty, nothing is shared because of them
+    /// See sharingBytes. If nothing is shared: those that exceeded SharingOptions::memoryLimit, or 0.
+    size_t bytes = 0;
 };
 
+/// What the user chose.
 struct SharingOptions {
     float cellSize = 3;               ///< edge of the cells that sum light, in pixels
     std::optional<LightParts> chosen; ///< the parts to share in any case; none: as the pilot decides
